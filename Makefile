@@ -40,7 +40,8 @@ help:
 	@echo 'make memory    run all commands under valgrind; half an hour'
 	@echo 'make reference  write the reference of the C library as HTML (needs doxygen)'
 	@echo 'make install   install under PREFIX (default /usr/local)'
-	@echo 'make wheel     make the wheel of the Python package; writes $(BUILD)/wheel'
+	@echo 'make wheel     make the wheel of the Python package, for all Linux on x86-64 with a glibc as new'
+	@echo '               as its name says; writes $(BUILD)/wheel'
 	@echo 'make format    format the C sources'
 	@echo 'make clean     remove the build folders'
 
@@ -126,9 +127,10 @@ memory:
 install: build
 	@cmake --install $(BUILD) --prefix $(PREFIX)
 
-wheel: build
-	@CVOL_LIBRARY=$(abspath $(BUILD))/libcvol.so.0 python3 -m pip wheel -q --no-deps ./python -w $(BUILD)/wheel
-	@ls $(BUILD)/wheel/*.whl
+wheel:
+	@scripts/dependencies.sh build wheel
+	@$(MAKE) --no-print-directory build SETS=all
+	@python3 python/wheel/bundle.py $(BUILD) $(BUILD)/wheel
 
 reference:
 	@mkdir -p $(BUILD)/reference

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that cvol needs and that are missing.
-# usage: scripts/dependencies.sh [build] [test] [bench] [web] [memory] [portability]
+# usage: scripts/dependencies.sh [build] [test] [bench] [web] [memory] [portability] [wheel]
 set -eu
 
 build='gcc libc6-dev make cmake ninja-build pkg-config zlib1g-dev libpng-dev libzstd-dev libjansson-dev libgif-dev libwebp-dev libtiff-dev libblosc-dev g++ libgdcm-dev libhdf5-dev libmicrohttpd-dev libturbojpeg0-dev'
@@ -25,6 +25,9 @@ command -v node >/dev/null 2>&1 || web="$web nodejs"
 
 memory='valgrind' # for scripts/memory.sh
 
+wheel='patchelf liblz4-dev' # for make wheel
+test="$test $wheel"
+
 # The compilers and the emulator of scripts/portability.sh
 portability='cmake ninja-build gcc zlib1g-dev python3 clang gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu
     libc6-dev-s390x-cross gcc-i686-linux-gnu libc6-dev-i386-cross qemu-user-static xz-utils'
@@ -38,6 +41,7 @@ for set in "${@:-build}"; do
     web) wanted="$wanted $web" ;;
     memory) wanted="$wanted $memory" ;;
     portability) wanted="$wanted $portability" ;;
+    wheel) wanted="$wanted $wheel" ;;
     *)
         echo "dependencies.sh: no such set: $set" >&2
         exit 2

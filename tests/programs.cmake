@@ -94,6 +94,12 @@ if(TARGET cvol_shared)
   set_tests_properties(python PROPERTIES TIMEOUT 600 SKIP_RETURN_CODE 77)
 endif()
 
+# The wheel that needs no library of the system, from the objects of this build. Once, in the plain build.
+if(TARGET cvol_shared AND CMAKE_SYSTEM_NAME STREQUAL Linux AND CMAKE_SYSTEM_PROCESSOR STREQUAL x86_64)
+  add_test(NAME wheel COMMAND sh ${CMAKE_CURRENT_SOURCE_DIR}/check_wheel.sh ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
+  set_tests_properties(wheel PROPERTIES TIMEOUT 300 SKIP_RETURN_CODE 77)
+endif()
+
 # The modules of the viewer's page that need no browser. Once, in the plain build.
 find_program(CVOL_NODE node)
 if(CVOL_NODE AND NOT CVOL_SANITIZE)

@@ -68,8 +68,8 @@ def _library():
     return _build()
 
 
-def _modules(library):
-    """Returns the modules that the library loads on demand, next to it or in a separate folder."""
+def _on_demand(library):
+    """Returns the shared objects that the library loads on demand, next to it or in a separate folder."""
     for folder in (library.parent, library.parent / "cvol"):
         yield from sorted(folder.glob("cvol_*.so"))
 
@@ -79,15 +79,16 @@ def _tag():
     return f"py3-none-{platform}"
 
 
-def _write_wheel(folder, files):
-    """files: (name in the wheel, bytes, mode)."""
+def write_wheel(folder, files, tag, licences=()):
+    """files: (name in the wheel, bytes, mode); licences: (name, bytes). Returns the wheel's name."""
     info = f"cvol-{_version()}.dist-info"
-    wheel = f"Wheel-Version: 1.0\nGenerator: cvol_wheel\nRoot-Is-Purelib: false\nTag: {_tag()}\n"
+    wheel = f"Wheel-Version: 1.0\nGenerator: cvol_wheel\nRoot-Is-Purelib: false\nTag: {tag}\n"
     files = [
-        *files, (f"{info}/METADATA", _metadata().encode(), 0o644), (f"{info}/WHEEL", wheel.encode(), 0o644),
+        *files, *((f"{info}/licenses/{name}", text, 0o644) for name, text in licences),
+        (f"{info}/METADATA", _metadata().encode(), 0o644), (f"{info}/WHEEL", wheel.encode(), 0o644),
         (f"{info}/entry_points.txt", (ROOT / "entry_points.txt").read_bytes(), 0o644),
     ]  # fmt: skip
-    name = f"cvol-{_version()}-{_tag()}.whl"
+    name = f"cvol-{_version()}-{tag}.whl"
     record = []
     with zipfile.ZipFile(Path(folder) / name, "w", zipfile.ZIP_DEFLATED) as archive:
         for place, data, mode in files:
@@ -101,23 +102,26 @@ def _write_wheel(folder, files):
     return name
 
 
-def _sources():
-    for path in sorted((ROOT / "cvol").iterdir()):
-        if path.suffix in (".py", ".yaml") or path.name == "py.typed":
-            yield path
+def modules():
+    """Returns the files of the package in Python, as write_wheel wants them."""
+    paths = sorted((ROOT / "cvol").iterdir())
+    return [
+        (f"cvol/{path.name}", path.read_bytes(), 0o644)
+        for path in paths
+        if path.suffix in (".py", ".yaml") or path.name == "py.typed"
+    ]
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
-    files = [(f"cvol/{path.name}", path.read_bytes(), 0o644) for path in _sources()]
     library = _library().absolute()
-    files.append((f"cvol/{SONAME}", library.read_bytes(), 0o755))
-    files += [(f"cvol/{path.name}", path.read_bytes(), 0o755) for path in _modules(library)]
-    return _write_wheel(wheel_directory, files)
+    files = [*modules(), (f"cvol/{SONAME}", library.read_bytes(), 0o755)]
+    files += [(f"cvol/{path.name}", path.read_bytes(), 0o755) for path in _on_demand(library)]
+    return write_wheel(wheel_directory, files, _tag())
 
 
 def build_editable(wheel_directory, config_settings=None, metadata_directory=None):
     """Makes an editable wheel: the package in place; it finds the library in the build folder of the checkout."""
-    return _write_wheel(wheel_directory, [("cvol.pth", f"{ROOT}\n".encode(), 0o644)])
+    return write_wheel(wheel_directory, [("cvol.pth", f"{ROOT}\n".encode(), 0o644)], _tag())
 
 
 def build_sdist(sdist_directory, config_settings=None):

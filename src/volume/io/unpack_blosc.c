@@ -1,5 +1,6 @@
 /* Bytes compressed by blosc (blosc.org), through its library. */
 #include <blosc.h>
+#include <string.h>
 
 #include "base/context.h"
 #include "volume/io/unpack_blosc.h"
@@ -16,6 +17,11 @@ int cvol_unpack_blosc(cvol_context *context, void *out, size_t room, const uint8
                          "%s: a chunk holds %zu bytes of samples, must hold %zu", name, stated,
                          room);
     const int done = blosc_decompress_ctx(data, out, room, 1);
+    if ((done < 0 || (size_t)done != room) && !strcmp(blosc_cbuffer_complib(data), "Snappy"))
+        return cvol_fail(context, CVOL_ERROR_FORMAT,
+                         "%s: its compressed samples (blosc with Snappy) are damaged, or this "
+                         "build's blosc has no Snappy",
+                         name);
     if (done < 0 || (size_t)done != room)
         return cvol_fail(context, CVOL_ERROR_FORMAT,
                          "%s: its compressed samples (blosc) are damaged", name);
