@@ -56,6 +56,12 @@ build_and_test() { # FOLDER CTEST_OPTIONS CMAKE_OPTIONS...
     # shellcheck disable=SC2086 # the options are several words
     ctest --test-dir "$where" --output-on-failure -j "$jobs" $selection
     print_duration "testing $where"
+    print_skipped "$where/Testing/Temporary/LastTest.log"
+}
+
+# Prints what tests skipped, which ctest does not show of tests that pass: a missing package must not go unseen.
+print_skipped() { # LOG
+    grep -hE '(^|[ :(])skipped: ' "$1" | sed 's/^ *//' | sort | uniq -c | sed 's/^ *\([0-9]*\) /check: \1 x /' || true
 }
 
 tests/check_rooms.sh
