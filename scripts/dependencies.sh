@@ -7,7 +7,7 @@ build='gcc libc6-dev make cmake ninja-build pkg-config zlib1g-dev libpng-dev lib
 test='libcmocka-dev python3-numpy python3-tifffile python3-pydicom libgdcm-tools python3-mrcfile python3-h5py python3-openvdb hdf5-tools'
 bench='g++ libfftw3-dev libzfp-dev python3-matplotlib python3-vtk9 python3-numpy python3-pil xvfb python3-zarr python3-numcodecs python3-zfpy'
 test="$test libopenmpi-dev openmpi-bin" # for cvol-mpi
-test="$test python3-pytest" # for the Python package
+test="$test python3-pytest python3-pil" # for the Python package
 # The packages that the Python package works with
 test="$test python3-zarr python3-numcodecs python3-xarray python3-dask python3-nibabel"
 test="$test libinsighttoolkit5-dev" # for the plugin of ITK

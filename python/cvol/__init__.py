@@ -26,6 +26,7 @@ from ._call import (
     options,
 )
 from ._algebra import Comparison, Region, RegionStatistics, Statistics
+from ._colours import Colours, open_colours
 from ._compress import compress, compress_series, is_labels, transcode
 from ._dense import DenseVolume
 from ._frames import Series
@@ -42,10 +43,10 @@ from ._transfer import names as transfer_names
 from ._volume import Info, Volume
 
 __all__ = [
-    "ArgumentError", "Cancelled", "Comparison", "Contents", "CorruptError", "DataError", "DenseVolume", "Error",
-    "FileError", "FormatError", "Geometry", "Info", "Keep", "Level", "LimitError", "MissingFileError",
+    "ArgumentError", "Cancelled", "Colours", "Comparison", "Contents", "CorruptError", "DataError", "DenseVolume",
+    "Error", "FileError", "FormatError", "Geometry", "Info", "Keep", "Level", "LimitError", "MissingFileError",
     "OutOfMemoryError", "Region", "RegionStatistics", "Renderer", "Series", "Statistics", "TargetError",
     "UnsupportedError", "Volume", "__version__", "compress", "compress_series", "contents", "encode_png", "formats",
-    "interpolate", "interpolate_chirp", "interpolate_pencil", "is_labels", "open", "options", "read", "save_png",
-    "save_series", "transcode", "transfer_names", "write",
+    "interpolate", "interpolate_chirp", "interpolate_pencil", "is_labels", "open", "open_colours", "options",
+    "read", "save_png", "save_series", "transcode", "transfer_names", "write",
 ]  # fmt: skip

@@ -61,6 +61,8 @@ Source = _sized("cvol_source")
 Image = structs["cvol_image"]
 Histogram = structs["cvol_histogram"]
 Annotation = _sized("cvol_annotation")
+ColourSource = _sized("cvol_colour_source")
+RefineReport = structs["cvol_refine_report"]
 
 library = load()
 functions: dict[str, Any] = {}

@@ -60,7 +60,8 @@ def open(  # pylint: disable=redefined-builtin
     OME-Zarr, ...).
 
     source: a path. Or an object with read() or open(), such as io.BytesIO or a file of fsspec: it is read at once.
-    time, channel: the volume of a series, from 0 (see `contents`); other volumes are not read.
+    time, channel: the volume of a series, from 0 (see `contents`); other volumes are not read. `open_colours` opens
+        red, green and blue together.
     compress: for other formats. True: compress the samples in memory without loss, when they are first needed; a
         dictionary: with these options of `compress`, such as ``{"ratio": 20}``; False: return a `DenseVolume`, an
         array with all samples. For a .cvol file, False decodes all samples.

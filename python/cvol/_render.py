@@ -30,6 +30,8 @@ class Renderer:
     Several threads may use it; it draws one picture at a time. It works even after its volume is closed.
     """
 
+    colours_pixels = False  # _draw gives the pixels their colours: they are floats, and the picture has no colour bar
+
     def __init__(self, volume: Volume, engine: str = "sheet", rho: Optional[float] = None) -> None:
         if engine not in _ENGINES:
             raise ValueError(f"engine is {engine!r}, must be one of {', '.join(_ENGINES)}")
@@ -270,7 +272,7 @@ class Renderer:
                 self._drop_default_light(options, look)
             mirrored = self._aim(options, look, azimuth, elevation)
             transparent = isinstance(look["background"], str) and look["background"] == "transparent"
-            as_floats = transparent or look["annotate"]
+            as_floats = transparent or look["annotate"] or self.colours_pixels
             height, width = options.height, options.width
             pixels = np.zeros((max(height, 0), max(width, 0), 4), np.float32 if as_floats else np.uint8)
             image = _abi.Image(width=width, height=height, depth=None if depth is None else depth.ctypes.data)
@@ -332,13 +334,16 @@ class Renderer:
                 call("camera_fit", c.byref(options), c.byref(source), None, turns)
         options.camera.zoom *= zoom
 
-    def _draw(self, renderer: int, image: Any, options: Any, budget_ms: Optional[float]) -> None:
+    def _draw(self, renderer: int, image: Any, options: Any, budget_ms: Optional[float]) -> int:
+        """Returns the level of the picture."""
+        report = _abi.RefineReport(level=options.level)
         with Call() as call:
             if budget_ms is None:
                 call("renderer_render", renderer, c.byref(image), c.byref(options))
             else:
                 call("renderer_refine", renderer, c.byref(image), c.byref(options), budget_ms,
-                     c.cast(0, _abi.PictureFunction), None, None)  # fmt: skip
+                     c.cast(0, _abi.PictureFunction), None, c.byref(report))  # fmt: skip
+        return int(report.level)
 
     def _annotate(self, renderer: int, image: Any, options: Any, mirrored: bool, transparent: bool) -> None:
         note = _abi.Annotation(
@@ -349,7 +354,7 @@ class Renderer:
                 note.range[:] = options.window[:]
                 if not note.range[0] < note.range[1]:
                     call("renderer_get_range", note.range, renderer)
-            if options.mode == 1 and self._transfer is not None:
+            if options.mode == 1 and self._transfer is not None and not self.colours_pixels:
                 with self._transfer as transfer:
                     note.transfer = transfer
                     call("image_annotate", c.byref(image), c.byref(note))
