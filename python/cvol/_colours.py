@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import ctypes as c
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from typing import Any, Optional, Union
+from typing import Any, Literal, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _abi, _transfer
-from ._call import ArgumentError, Call, Handle, out_pointer
+from ._call import ArgumentError, Call, Handle, out_pointer, path_bytes
 from ._files import open as open_volume
 from ._frames import Series
 from ._geometry import Geometry
 from ._picture import encode_png
+from ._reader import count_volumes, has_colours
 from ._render import Renderer
 from ._series import contents, save_series
 from ._volume import Volume
@@ -182,12 +183,23 @@ class Colours:
         self.close()
 
 
-def open_colours(path: Union[str, "os.PathLike[str]"], *, time: int = 0) -> Colours:
-    """Opens the components of a .cvol file of colours (`Contents.colours`); of a series, those of this time.
+def open_colours(
+    path: Union[str, "os.PathLike[str]"],
+    *,
+    time: int = 0,
+    compress: Union[Literal[True], Mapping[str, object]] = True,
+) -> Colours:
+    """Opens the components of a file of colours: a .cvol file (`Contents.colours`), or RGB or RGBA samples of another
+    format that `read` reads (TIFF, NIfTI, NRRD, ...).
 
-    ArgumentError: the file has no colours.
+    time: of a series, from 0. compress: for other formats; see `open`. ArgumentError: the file has no colours.
     """
-    listed = contents(path)
-    if not listed.colours:
-        raise ArgumentError(f"{os.fspath(path)}: has no colours: open its volumes, cvol.open(path, channel=0)")
-    return Colours([open_volume(path, time=time, channel=channel) for channel in range(listed.channels)])
+    name = os.fspath(path)
+    if _abi.functions["file_is_cvol"](path_bytes(name)):
+        listed = contents(path)
+        channels, is_colour = listed.channels, listed.colours
+    else:
+        channels, is_colour = count_volumes(name)[1], has_colours(name)
+    if not is_colour:
+        raise ArgumentError(f"{name}: has no colours: open its volumes, cvol.open(path, channel=0)")
+    return Colours([open_volume(path, time=time, channel=channel, compress=compress) for channel in range(channels)])

@@ -99,6 +99,20 @@ def _count_volumes(path: str) -> tuple[int, int]:
     return times.value, channels.value
 
 
+def has_colours(path: str) -> bool:
+    """Whether the channels of a file that is not a .cvol file are components of colours."""
+    return _by_image(path, partial(_has_colours, path), lambda image: False)
+
+
+def _has_colours(path: str) -> bool:
+    with Call() as call:
+        stream, _ = _open(call, path, Reading(channel=0, number=0))
+        with stream as pointer:
+            found = bool(_abi.functions["volume_stream_has_colours"](pointer))
+        stream.close()
+    return found
+
+
 def read_grid(path: str, reading: Reading) -> Any:
     """The grid of a file, from its header."""
 

@@ -39,8 +39,9 @@ def command_picture(folder, path, options):
     command = _command()
     if command is None:
         pytest.skip("the command cvol is not there: its pictures are not compared")
-    words = [command, "render", path, "-o", folder / "picture.png", *(() if "--size" in options else ("--size", "96")), *options]
-    done = subprocess.run(words, capture_output=True, text=True)
+    size = () if "--size" in options else ("--size", "96")
+    words = [command, "render", path, "-o", folder / "picture.png", *size, *options]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     return np.asarray(pil.open(folder / "picture.png"))
 
@@ -81,6 +82,19 @@ def test_samples_and_series(tmp_path):
     colours.close()
     with pytest.raises(ValueError, match="closed"):
         colours.render()
+
+
+@pytest.mark.parametrize("count", [3, 4])
+def test_other_formats(tmp_path, count):
+    array = samples()[..., :count]
+    np.save(tmp_path / "ball.npy", array)
+    with cvol.open_colours(tmp_path / "ball.npy") as colours:
+        assert np.array_equal(colours, array)
+    lossy = cvol.open_colours(tmp_path / "ball.npy", compress={"effort": "fast", "labels": False})  # as the command
+    assert np.array_equal(lossy.render(size=96), command_picture(tmp_path, tmp_path / "ball.npy", []))
+    np.save(tmp_path / "grey.npy", array[..., 0])
+    with pytest.raises(cvol.ArgumentError, match="grey.npy: has no colours"):
+        cvol.open_colours(tmp_path / "grey.npy")
 
 
 def test_budget():

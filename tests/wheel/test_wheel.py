@@ -27,7 +27,7 @@ def check_refusals():
     """A library that is GPL or unknown, one that is not in the wheel, a symbol of an unknown glibc."""
     for name in ("libjbig.a", "libfftw3f-0123abcd.so.3", "libgsl.so.27", "libz2.a"):
         refuse(lambda: bundle.check_allowed(name), name, "not in the list")
-    refuse(lambda: bundle.check_needs([BUILD / "libcvol.so.0"]), "libz.so.1", "neither glibc nor in the wheel")
+    refuse(lambda: bundle.check_needs([BUILD / "libcvol.so.0"]), "libcvol.so.0 needs", "neither glibc nor in the wheel")
     refuse(lambda: bundle.platform_tag([bundle.find("libm.so.6")]), "libm.so.6 needs GLIBC_PRIVATE", "no platform tag")
     refuse(lambda: bundle.find("libabsent.a"), "there is no libabsent.a")
 
