@@ -13,6 +13,7 @@ import path from "node:path";
 import { directions, projector, worldOf } from "../../viewer/page/state/camera.js";
 import { bricksOf } from "../../web/page/bricks.js";
 import { levelsOfView } from "../../web/page/needs.js";
+import { branchOff } from "../../web/page/ranged.js";
 import { openPage, settled, shotPath, startBrowser } from "../viewer/browser.mjs";
 
 const [site, folder, cvol] = process.argv.slice(2).map((name) => path.resolve(name));
@@ -182,6 +183,48 @@ test("bricks have the ranges that the index says", async () => {
   }
   assert.equal(bricksOf(new Uint8Array(readFileSync(file("bounded.cvol")))), null);
   assert.equal(bricksOf(new Uint8Array(large.subarray(0, 400))), null);
+});
+
+// All bricks are wanted, and each range takes the time of its bytes. opens(loaded share of the bytes): whether the part of
+// level 2 is open then. Returns the levels of the parts.
+async function partsOf(opens) {
+  const first = large.subarray(0, bricksOf(new Uint8Array(large)).heads()[0][0]); // with level 3
+  const now = performance.now;
+  const asked = [];
+  let [clock, used] = [0, first.length];
+  performance.now = () => clock;
+  try {
+    const fetchRange = (from, to) => new Promise((resolve) => asked.push({ from, to, resolve }));
+    const answer = async () => {
+      const { from, to, resolve } = asked.shift();
+      clock += to - from;
+      used += to - from;
+      resolve(new Uint8Array(large.subarray(from, to)));
+      await new Promise((done) => setImmediate(done));
+    };
+    const fail = (error) => assert.fail(error.message);
+    const branched = branchOff({ bytes: () => new Uint8Array(first), total: large.length, fetchRange, fail }, () => {});
+    while (asked.length) await answer();
+    const ranged = await branched;
+    const parts = [];
+    ranged.want(new Uint8Array(ranged.bricks.count));
+    for (let level = 3; level > 0; ) {
+      let part = null;
+      ranged.next().then((got) => (part = got));
+      await new Promise((done) => setImmediate(done));
+      while (!part) await answer();
+      parts.push((level = part.level));
+      while (level === 2 && !opens(used / large.length)) await answer();
+    }
+    return parts;
+  } finally {
+    performance.now = now;
+  }
+}
+
+test("a part that takes longer to open than the rest takes to arrive is left out", async () => {
+  assert.deepEqual(await partsOf(() => true), [3, 2, 1, 0]);
+  assert.deepEqual(await partsOf((share) => share > 0.9), [3, 2, 0]);
 });
 
 // Random numbers from 0 to 1.

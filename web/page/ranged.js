@@ -33,6 +33,7 @@ function without(ranges, there) {
   return parts;
 }
 
+const bytesIn = (ranges) => ranges.reduce((sum, [from, to]) => sum + to - from, 0);
 const same = (a, b) => a.length === b.length && a.every((level, i) => level === b[i]);
 const firstPart = ([from, to]) => [from, Math.min(to, from + PART)];
 
@@ -58,11 +59,14 @@ export async function branchOff({ bytes, total, fetchRange, fail }, progress) {
 function createRanged({ first, pieces: more, bricks, total, fetchRange, progress, failed }) {
   const pieces = [{ from: 0, bytes: first }, ...more];
   let there = joined(pieces.map(({ from, bytes }) => [from, from + bytes.length]));
-  let used = there.reduce((sum, [from, to]) => sum + to - from, 0);
+  let used = bytesIn(there);
   let underway = []; // ranges
   let wanted = new Uint8Array(bricks.count).fill(COARSEST);
   let have = wanted; // levels of what is there
   let given = null; // levels of the last part that next() gave
+  let givenAt = 0; // when it did so
+  let openingMs = 0; // that part took to open
+  let begun = { at: 0, used }; // when loading began that goes on
   let waiting = null; // resolves next()
   let all = false; // the whole file is wanted
   let broken = false;
@@ -83,6 +87,13 @@ function createRanged({ first, pieces: more, bricks, total, fetchRange, progress
     return null;
   }
 
+  // True if opening what is there now would take longer than loading all that is wanted.
+  function isWorthWaiting() {
+    const left = bytesIn(without(bricks.rangesOf(step(0)), there));
+    const rate = (used - begun.used) / (performance.now() - begun.at);
+    return left > 0 && left < rate * openingMs;
+  }
+
   // Gives the levels that are there to the one who waits for them.
   function give() {
     for (const level of FINER) {
@@ -90,8 +101,9 @@ function createRanged({ first, pieces: more, bricks, total, fetchRange, progress
       if (without(bricks.rangesOf(levels), there).length) break;
       have = levels;
     }
-    if (!waiting || (given && same(have, given))) return;
+    if (!waiting || (given && same(have, given)) || isWorthWaiting()) return;
     given = have;
+    givenAt = performance.now();
     waiting({ levels: have, level: Math.min(...have), size: total, pieces });
     waiting = null;
   }
@@ -116,6 +128,7 @@ function createRanged({ first, pieces: more, bricks, total, fetchRange, progress
   }
 
   function go() {
+    if (!underway.length) begun = { at: performance.now(), used };
     while (!broken && underway.length < AT_ONCE) {
       const range = nextRange();
       if (!range) break;
@@ -151,6 +164,9 @@ function createRanged({ first, pieces: more, bricks, total, fetchRange, progress
       go();
     },
     // Resolves with {levels, level (the finest), size, pieces: [{from, bytes}]} when more of what is wanted is there.
-    next: () => new Promise((resolve) => ((waiting = resolve), give())),
+    next() {
+      if (given) openingMs = performance.now() - givenAt;
+      return new Promise((resolve) => ((waiting = resolve), give()));
+    },
   };
 }
