@@ -61,7 +61,7 @@ build_and_test() { # FOLDER CTEST_OPTIONS CMAKE_OPTIONS...
 
 # Prints what tests skipped, which ctest does not show of tests that pass: a missing package must not go unseen.
 print_skipped() { # LOG
-    grep -hE '(^|[ :(])skipped: ' "$1" | sed 's/^ *//' | sort | uniq -c | sed 's/^ *\([0-9]*\) /check: \1 x /' || true
+    grep -hE '(^|[ :(])skipped: |^SKIPPED ' "$1" | sed 's/^ *//' | sort | uniq -c | sed 's/^ *\([0-9]*\) /check: \1 x /' || true
 }
 
 tests/check_rooms.sh

@@ -7,7 +7,7 @@ for python in python3 /usr/bin/python3; do
     if "$python" -c 'import numpy, pytest' 2>/dev/null; then
         cd "$1/python"
         export CVOL_LIBRARY="$2" PYTHONDONTWRITEBYTECODE=1 OMP_WAIT_POLICY=passive
-        exec "$python" -m pytest -q -p no:cacheprovider --durations=5 tests
+        exec "$python" -m pytest -q -p no:cacheprovider --durations=5 -rs tests
     fi
 done
 echo 'skipped: no Python with NumPy and pytest'

@@ -54,8 +54,8 @@ def test_npe2_accepts_the_manifest():
 
 def test_the_wheel_has_the_manifest(monkeypatch):
     monkeypatch.syspath_prepend(str(PACKAGE.parent / "backend"))
-    names = {path.name for path in importlib.import_module("cvol_wheel")._sources()}
-    assert {"napari.yaml", "napari_plugin.py", "paraview_reader.py", "py.typed"} <= names
+    names = {name for name, _, _ in importlib.import_module("cvol_wheel").modules()}
+    assert {f"cvol/{n}" for n in ("napari.yaml", "napari_plugin.py", "paraview_reader.py", "py.typed")} <= names
 
 
 def test_an_image(volume, path):
