@@ -22,7 +22,7 @@ test="$test chromium"
 command -v node >/dev/null 2>&1 || test="$test nodejs"
 command -v npm >/dev/null 2>&1 || test="$test npm"
 
-web='cmake make emscripten node-acorn xz-utils bzip2' # for the page of cvol export
+web='cmake make emscripten node-acorn xz-utils bzip2 patch' # for the page of cvol export
 command -v node >/dev/null 2>&1 || web="$web nodejs"
 
 memory='valgrind' # for scripts/memory.sh
@@ -32,7 +32,7 @@ test="$test $wheel"
 
 # The compilers and the emulator of scripts/portability.sh
 portability='cmake ninja-build gcc zlib1g-dev python3 clang gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu
-    libc6-dev-s390x-cross gcc-i686-linux-gnu libc6-dev-i386-cross qemu-user-static xz-utils'
+    libc6-dev-s390x-cross gcc-i686-linux-gnu libc6-dev-i386-cross qemu-user-static xz-utils patch'
 
 wanted=
 for set in "${@:-build}"; do

@@ -1,4 +1,4 @@
-# fetch: gets the sources of a library from Debian's source packages. Sourced by scripts that set $folder.
+# fetch: gets the sources of a library from Debian's source packages, with Debian's patches. Sourced by scripts that set $folder.
 
 # The system's list of packages may lack sources: use lists of our own.
 fetch() { # PACKAGE: unpacks it into $folder/PACKAGE
@@ -13,6 +13,11 @@ fetch() { # PACKAGE: unpacks it into $folder/PACKAGE
     mkdir -p "$folder/$1-files" "$folder/$1"
     (cd "$folder/$1-files" && from_lists source --download-only "$1")
     tar xf "$(ls "$folder/$1-files/$1"_*.orig.tar.* | grep -v '\.asc$')" -C "$folder/$1" --strip-components=1
+    tar xf "$(ls "$folder/$1-files/$1"_*.debian.tar.*)" -C "$folder/$1"
+    patches=$folder/$1/debian/patches
+    [ ! -e "$patches/series" ] || sed 's/#.*//' "$patches/series" | while read -r name; do
+        [ -z "$name" ] || patch -s -p1 -d "$folder/$1" <"$patches/$name"
+    done
 }
 from_lists() {
     apt-get -qq -o Dir::Etc::SourceList="$lists/sources.list" -o Dir::Etc::SourceParts=- \

@@ -6,6 +6,7 @@ import ctypes as c
 import io
 import os
 import tempfile
+import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from typing import Any, BinaryIO, Literal, Optional, Protocol, Union, overload, runtime_checkable
@@ -18,6 +19,7 @@ from ._dense import DenseStore, DenseVolume
 from ._geometry import Geometry, address, make_grid, samples_of
 from ._ranges import RangedStore, is_seekable
 from ._reader import Reading, is_zarr, read_samples
+from ._series import contents
 from ._store import Store
 from ._volume import Volume
 
@@ -90,7 +92,11 @@ def _open_path(
         if compress is False:
             return DenseVolume.of(*read_samples(path, reading))
         return Volume(DenseStore(path, reading, {"lossless": True} if compress is True else compress))
-    return _decoded_if(compress is False, Volume(Store.open(path, (time or 0, channel or 0))))
+    volume = Volume(Store.open(path, (time or 0, channel or 0)))
+    if channel is None and contents(path).colours:
+        warnings.warn(f"{path}: has colours, and this is its first component: cvol.open_colours opens all of them; "
+                      "channel=0 opens this one without a warning", stacklevel=3)  # fmt: skip
+    return _decoded_if(compress is False, volume)
 
 
 def _decoded_if(dense: bool, volume: Volume) -> Union[Volume, DenseVolume]:

@@ -1,6 +1,7 @@
 """Volumes of red, green, blue and alpha: their pictures are those of the command, their samples those of NumPy."""
 
 import subprocess
+import warnings
 
 import cvol
 import numpy as np
@@ -95,6 +96,17 @@ def test_other_formats(tmp_path, count):
     np.save(tmp_path / "grey.npy", array[..., 0])
     with pytest.raises(cvol.ArgumentError, match="grey.npy: has no colours"):
         cvol.open_colours(tmp_path / "grey.npy")
+
+
+def test_one_component_comes_with_a_warning(tmp_path):
+    compressed(samples()[..., :3]).save(tmp_path / "ball.cvol")
+    with pytest.warns(UserWarning, match="ball.cvol: has colours, and this is its first component"):
+        first = cvol.open(tmp_path / "ball.cvol")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        again = cvol.open(tmp_path / "ball.cvol", channel=0)
+        cvol.open_colours(tmp_path / "ball.cvol")
+    assert np.array_equal(first, again)
 
 
 def test_budget():
