@@ -10,29 +10,28 @@
 #include "array/core/summary.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "base/vector.h"
 #include "transform/block.h"
-
-/* Adjacent samples, which compilers combine into vectors. */
-#define SIDE 16
 
 static void find_bounds(float out[2], const float *samples, size_t count)
 {
-    float least[SIDE], most[SIDE];
+    float least[CVOL_LANES], most[CVOL_LANES];
+    cvol_vf low = cvol_splat(samples[0]), high = low;
     size_t i = 0;
-    for (int k = 0; k < SIDE; k++)
-        least[k] = most[k] = samples[0];
-    for (; i + SIDE <= count; i += SIDE)
-        for (int k = 0; k < SIDE; k++) {
-            least[k] = samples[i + (size_t)k] < least[k] ? samples[i + (size_t)k] : least[k];
-            most[k] = samples[i + (size_t)k] > most[k] ? samples[i + (size_t)k] : most[k];
-        }
+    for (; i + CVOL_LANES <= count; i += CVOL_LANES) {
+        const cvol_vf here = cvol_load(samples + i);
+        low = cvol_min(here, low);
+        high = cvol_max(here, high);
+    }
+    cvol_store(least, low);
+    cvol_store(most, high);
     for (int k = 0; i < count; i++, k++) {
         least[k] = samples[i] < least[k] ? samples[i] : least[k];
         most[k] = samples[i] > most[k] ? samples[i] : most[k];
     }
     out[0] = least[0];
     out[1] = most[0];
-    for (int k = 1; k < SIDE; k++) {
+    for (int k = 1; k < CVOL_LANES; k++) {
         out[0] = least[k] < out[0] ? least[k] : out[0];
         out[1] = most[k] > out[1] ? most[k] : out[1];
     }
