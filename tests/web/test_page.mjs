@@ -159,6 +159,15 @@ test("a damaged file gives a sentence", async () => {
   return page;
 });
 
+test("a browser that is too old gives a sentence", async () => {
+  const page = await (await browser.newContext()).newPage();
+  await page.addInitScript(() => delete globalThis.DecompressionStream);
+  await page.goto(good);
+  assert.match(await page.locator("#notice").textContent(), /newer browser/);
+  assert.equal(await page.locator("#notice").isVisible(), true);
+  return Object.assign(page, { complaints: [] });
+});
+
 let failed = 0;
 for (const [name, fn] of tests) {
   const begin = Date.now();
