@@ -2,6 +2,8 @@
 #ifndef CVOL_IMAGE_SPLINE_ROW_H
 #define CVOL_IMAGE_SPLINE_ROW_H
 
+#include <stddef.h>
+
 #include <stdint.h>
 
 #include "base/cpu.h"
@@ -10,7 +12,7 @@
 typedef struct cvol_spline_row {
     const float *places; /* coefficients of splines, four floats per place */
     int (*spans)[2];     /* of places y - 1 .. y + 2: the range of occupied places */
-    long dims[2];
+    ptrdiff_t dims[2];
     double start[2], step[2];
     float ground[3];
     uint8_t *out;  /* RGBA over the background; or NULL, and then */

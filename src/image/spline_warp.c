@@ -61,20 +61,20 @@ static void filter(float *places, const size_t dims[2], int threads)
  * a pixel needs. */
 static void find_spans(int (*spans)[2], const float *places, const size_t dims[2])
 {
-    const long width = (long)dims[0], height = (long)dims[1];
+    const ptrdiff_t width = (ptrdiff_t)dims[0], height = (ptrdiff_t)dims[1];
     const pixel zero = {0};
-    for (long y = 0; y < height; y++) {
+    for (ptrdiff_t y = 0; y < height; y++) {
         spans[y][0] = (int)width;
         spans[y][1] = 0;
     }
-    for (long y = 0; y < height; y++) {
+    for (ptrdiff_t y = 0; y < height; y++) {
         const float *row = places + 4 * width * y;
-        long from = 0, to = width;
+        ptrdiff_t from = 0, to = width;
         while (from < to && !memcmp(row + 4 * from, &zero, sizeof zero))
             from++;
         while (to > from && !memcmp(row + 4 * (to - 1), &zero, sizeof zero))
             to--;
-        for (long j = y - SPREAD - 2; j <= y + SPREAD + 1 && from < to; j++) {
+        for (ptrdiff_t j = y - SPREAD - 2; j <= y + SPREAD + 1 && from < to; j++) {
             if (j < 0 || j >= height)
                 continue;
             spans[j][0] = (int)(from - SPREAD < spans[j][0] ? from - SPREAD : spans[j][0]);
@@ -100,7 +100,7 @@ int cvol_spline_warp(cvol_context *context, cvol_image *image, float *places, co
         const cvol_spline_row row = {
             .places = places,
             .spans = spans,
-            .dims = {(long)dims[0], (long)dims[1]},
+            .dims = {(ptrdiff_t)dims[0], (ptrdiff_t)dims[1]},
             .start = {m[0][1] * y + m[0][2], m[1][1] * y + m[1][2]},
             .step = {m[0][0], m[1][0]},
             .ground = {(float)background[0], (float)background[1], (float)background[2]},

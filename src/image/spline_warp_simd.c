@@ -25,29 +25,30 @@ static const float cubic_y[4][4]
                                     {-1 / 6.0f, 0.5f, -0.5f, 1 / 6.0f}};
 
 /* Tests if there is anything near place (x, y). */
-CVOL_INLINE int is_near(const cvol_spline_row *row, long x, long y)
+CVOL_INLINE int is_near(const cvol_spline_row *row, ptrdiff_t x, ptrdiff_t y)
 {
-    const long j = y < 0 ? 0 : y < row->dims[1] ? y : row->dims[1] - 1;
+    const ptrdiff_t j = y < 0 ? 0 : y < row->dims[1] ? y : row->dims[1] - 1;
     return x + 2 >= row->spans[j][0] && x - 1 < row->spans[j][1];
 }
 
 /* The 4 x 4 places around (x, y), row by row; zeros lie around the lattice. */
-static void copy_edge(float *out, const cvol_spline_row *row, long x, long y)
+static void copy_edge(float *out, const cvol_spline_row *row, ptrdiff_t x, ptrdiff_t y)
 {
-    for (long j = 0; j < 4; j++)
-        for (long i = 0; i < 4; i++, out += 4) {
-            const long at_x = x + i - 1, at_y = y + j - 1;
+    for (ptrdiff_t j = 0; j < 4; j++)
+        for (ptrdiff_t i = 0; i < 4; i++, out += 4) {
+            const ptrdiff_t at_x = x + i - 1, at_y = y + j - 1;
             const int there = at_x >= 0 && at_y >= 0 && at_x < row->dims[0] && at_y < row->dims[1];
             for (int c = 0; c < 4; c++)
                 out[c] = there ? row->places[4 * (at_x + row->dims[0] * at_y) + c] : 0;
         }
 }
 
-CVOL_INLINE cvol_pixel_f sample(const cvol_spline_row *row, long x, long y, float fx, float fy)
+CVOL_INLINE cvol_pixel_f sample(const cvol_spline_row *row, ptrdiff_t x, ptrdiff_t y, float fx,
+                                float fy)
 {
     float wy[4], edge[4 * WINDOW];
     const float *from = edge;
-    long stride = WINDOW;
+    ptrdiff_t stride = WINDOW;
     if (x >= 1 && y >= 1 && x + 2 < row->dims[0] && y + 2 < row->dims[1]) {
         stride = 4 * row->dims[0];
         from = row->places + (y - 1) * stride + 4 * (x - 1);

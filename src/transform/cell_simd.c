@@ -87,8 +87,8 @@ CVOL_INLINE void forward_x(float *out, const float *in, int way, const cvol_cell
 }
 
 /* One DCT of side M for CVOL_LANES lines: out[f out_stride] = sum_x D[f][x] in[x in_stride]. */
-CVOL_INLINE void forward_line(float *out, long out_stride, const float *in, long in_stride,
-                              const float *basis, int M)
+CVOL_INLINE void forward_line(float *out, ptrdiff_t out_stride, const float *in,
+                              ptrdiff_t in_stride, const float *basis, int M)
 {
     cvol_vf sum[N / 2], difference[N / 2];
     for (int i = 0; i < M / 2; i++) {
@@ -114,11 +114,11 @@ CVOL_INLINE int first_place(int begin)
 }
 
 /* Along the axis whose neighbours lie `stride` floats apart, all lines of N. */
-CVOL_INLINE void forward_axis(float *out, const float *in, long stride, int way,
+CVOL_INLINE void forward_axis(float *out, const float *in, ptrdiff_t stride, int way,
                               const cvol_cell_bases *with)
 {
     const int M = N >> way;
-    const long other = stride == N ? (long)N * N : N;
+    const ptrdiff_t other = stride == N ? (ptrdiff_t)N * N : N;
     for (int line = 0; line < N; line++)
         for (int part = 0; part < N; part += CVOL_LANES)
             for (int begin = 0; begin < N; begin += M)
@@ -135,7 +135,7 @@ CVOL_INLINE void forward(float *out, const float *in, int way, const cvol_cell_b
         fold_x(second, in);
     forward_x(first, way == CVOL_CELL_BY_16 ? second : in, way, with);
     forward_axis(second, first, N, way, with);
-    forward_axis(out, second, (long)N * N, way, with);
+    forward_axis(out, second, (ptrdiff_t)N * N, way, with);
 }
 
 void CVOL_SIMD(cvol_cell_forward_by)(float *out, const float *in, int way,
@@ -194,7 +194,7 @@ CVOL_INLINE int count_places(int K, int first, int step)
 
 /* `count` neighbouring lines along an axis, from places of half c below K to its 8 samples, or
  * (BY_16) from all places to all samples. */
-CVOL_INLINE void inverse_lines(float *out, const float *in, long stride, int K, int c, int way,
+CVOL_INLINE void inverse_lines(float *out, const float *in, ptrdiff_t stride, int K, int c, int way,
                                const cvol_cell_bases *with, int count)
 {
     const int M = N >> way, step = N / M, end = way == CVOL_CELL_BY_16 ? N : 8;
@@ -209,7 +209,7 @@ CVOL_INLINE void inverse_lines(float *out, const float *in, long stride, int K, 
 }
 
 /* Half c of the axis, for the two octants of a row: together if they have the same split. */
-CVOL_INLINE void inverse_pair(float *out, const float *in, long stride, int K, int c, int left,
+CVOL_INLINE void inverse_pair(float *out, const float *in, ptrdiff_t stride, int K, int c, int left,
                               int right, const cvol_cell_bases *with)
 {
     if (left == right && left == CVOL_CELL_BY_8)
@@ -231,7 +231,7 @@ void CVOL_SIMD(cvol_cell_inverse_box)(float *out, const float *in, uint16_t spli
     float second[CVOL_CELL_SAMPLES + 8] __attribute__((aligned(64)));
     memset(first + CVOL_CELL_SAMPLES, 0, 8 * sizeof *first);
     memset(second + CVOL_CELL_SAMPLES, 0, 8 * sizeof *second);
-    const long sheet = (long)N * N;
+    const ptrdiff_t sheet = (ptrdiff_t)N * N;
     inverse_x(first, in, split, box, with);
     if (!(split & 1)) {
         for (int w = 0; w < box[2]; w++)

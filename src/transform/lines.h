@@ -11,6 +11,8 @@
 #ifndef CVOL_TRANSFORM_LINES_H
 #define CVOL_TRANSFORM_LINES_H
 
+#include <stddef.h>
+
 #include "base/vector.h"
 
 /* Outputs computed together: as many as fit into the registers. */
@@ -67,8 +69,9 @@ CVOL_INLINE void cvol_lines_end(cvol_vf near[CVOL_LINES_TILE], cvol_vf far[CVOL_
  * sums. Vectors of in lie in_stride floats apart. With `lines` 2, it also computes a second line,
  * `apart` floats further, with the same loads of the basis. */
 CVOL_INLINE void cvol_lines_sums(cvol_vf near[][CVOL_LINES_TILE], cvol_vf far[][CVOL_LINES_TILE],
-                                 int lines, long apart, cvol_vf start, const float *in,
-                                 long in_stride, int K, const float *basis, int M, int i0, int tile)
+                                 int lines, ptrdiff_t apart, cvol_vf start, const float *in,
+                                 ptrdiff_t in_stride, int K, const float *basis, int M, int i0,
+                                 int tile)
 {
     cvol_lines_accumulators even = cvol_lines_begin(start), odd = cvol_lines_begin((cvol_vf){0});
     cvol_lines_accumulators other_even = even, other_odd = odd; /* of the second line */
@@ -96,8 +99,9 @@ CVOL_INLINE void cvol_lines_sums(cvol_vf near[][CVOL_LINES_TILE], cvol_vf far[][
 
 /* The same, and stores them: vectors of out lie out_stride floats apart; the first `lanes` of each
  * are stored. */
-CVOL_INLINE void cvol_lines_tile(float *out, long out_stride, const float *in, long in_stride,
-                                 int K, const float *basis, int M, int i0, int tile, int lanes)
+CVOL_INLINE void cvol_lines_tile(float *out, ptrdiff_t out_stride, const float *in,
+                                 ptrdiff_t in_stride, int K, const float *basis, int M, int i0,
+                                 int tile, int lanes)
 {
     cvol_vf near[1][CVOL_LINES_TILE], far[1][CVOL_LINES_TILE];
     cvol_lines_sums(near, far, 1, 0, (cvol_vf){0}, in, in_stride, K, basis, M, i0, tile);
@@ -114,8 +118,9 @@ CVOL_INLINE void cvol_lines_tile(float *out, long out_stride, const float *in, l
 }
 
 /* All M outputs, M even. out and in may not overlap. */
-CVOL_INLINE void cvol_lines_inverse(float *out, long out_stride, const float *in, long in_stride,
-                                    int K, const float *basis, int M, int lanes)
+CVOL_INLINE void cvol_lines_inverse(float *out, ptrdiff_t out_stride, const float *in,
+                                    ptrdiff_t in_stride, int K, const float *basis, int M,
+                                    int lanes)
 {
     int i = 0;
     for (; i + CVOL_LINES_TILE <= M / 2; i += CVOL_LINES_TILE)

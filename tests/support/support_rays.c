@@ -153,7 +153,7 @@ static void make_sheets(rays_scene *s, random_state *r)
         cvol_sheet_view *sheet = &layer->sheets[k];
         *sheet = (cvol_sheet_view){.samples = s->kind.is_int16 ? NULL : s->floats,
                                    .int16 = s->kind.is_int16 ? s->words : NULL,
-                                   .first = PAD + STRIDE + (long)k * SHEET_STRIDE,
+                                   .first = PAD + STRIDE + (ptrdiff_t)k * SHEET_STRIDE,
                                    .ordinal = RAYS_ORDINAL + k,
                                    .front = -50,
                                    .back = 50,
@@ -225,9 +225,9 @@ void rays_free(rays_scene *s)
 
 /* ---- samples --------------------------------------------------------------------------------- */
 
-static double sample(const rays_scene *s, int sheet, long x, long y)
+static double sample(const rays_scene *s, int sheet, ptrdiff_t x, ptrdiff_t y)
 {
-    const long at = s->layer.sheets[sheet].first + y * STRIDE + x;
+    const ptrdiff_t at = s->layer.sheets[sheet].first + y * STRIDE + x;
     return s->kind.is_int16 ? (double)s->words[at] : (double)s->floats[at];
 }
 
@@ -240,7 +240,7 @@ rays_sample rays_sample_at(const rays_scene *s, int of, int at, int i, int lane,
     const int line = is_square ? i % CVOL_GROUP / CVOL_SQUARE : 0;
     const double u = sheet->lane_at + column * sheet->lane_step + line * sheet->lane_down;
     const double v = sheet->row_at + line * sheet->row_step + column * sheet->row_right;
-    const long x = (long)floor(u) + lane, y = (long)floor(v) + row;
+    const ptrdiff_t x = (ptrdiff_t)floor(u) + lane, y = (ptrdiff_t)floor(v) + row;
     const double right = u - floor(u), below = v - floor(v);
     const double weight[4] = {(1 - right) * (1 - below), right * (1 - below), (1 - right) * below,
                               right * below};
@@ -248,7 +248,7 @@ rays_sample rays_sample_at(const rays_scene *s, int of, int at, int i, int lane,
     double four[4], sum = 0, least = INFINITY, most = -INFINITY;
     rays_sample out = {0, 0, 0};
     for (int k = 0; k < 4; k++) {
-        const long from_x = x + k % 2, from_y = y + k / 2;
+        const ptrdiff_t from_x = x + k % 2, from_y = y + k / 2;
         const double cover =
             s->kind.is_void
                 ? (double)s->floats[SAMPLES + s->layer.sheets[of].first + from_y * STRIDE + from_x]

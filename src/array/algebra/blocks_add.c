@@ -97,7 +97,7 @@ static int produce_masked(const sum *s, cvol_dense_block *out, size_t index, voi
     const cvol_array *a = &s->operands->a, *b = &s->operands->b;
     const size_t halo_a = cvol_halo_bytes(a), room = cvol_result_box_room(s->shape);
     size_t size[3];
-    long begin[3];
+    ptrdiff_t begin[3];
     const size_t count = cvol_result_box(begin, size, s->shape, index);
     float *x = (float *)((char *)scratch + halo_a + cvol_halo_bytes(b)), *y = x + room;
     cvol_halo_read(x, scratch, a, begin, size);

@@ -21,7 +21,7 @@ static int produce(const void *user, cvol_dense_block *block, size_t index, void
     const gradient *g = user;
     const int rank = g->a->rank;
     size_t side[3], size[3], stride[3];
-    long begin[3];
+    ptrdiff_t begin[3];
     (void)cvol_result_box(begin, side, g->shape, index);
     for (int a = 0; a < 3; a++) {
         size[a] = side[a] + (a < rank ? 2 : 0);

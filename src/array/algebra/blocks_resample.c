@@ -57,11 +57,11 @@ static int produce(const void *user, cvol_dense_block *block, size_t index, void
     const int rank = r->a->rank;
     const size_t need = input_side(r);
     size_t at[3], size[3];
-    long begin[3];
+    ptrdiff_t begin[3];
     cvol_block_origin(at, r->shape, index);
     for (int a = 0; a < 3; a++) {
         size[a] = a < rank ? need : 1;
-        begin[a] = a >= rank ? 0 : r->twice ? (long)(at[a] / 2) - 1 : (long)(2 * at[a]);
+        begin[a] = a >= rank ? 0 : r->twice ? (ptrdiff_t)(at[a] / 2) - 1 : (ptrdiff_t)(2 * at[a]);
     }
     float *one = (float *)((char *)scratch + cvol_halo_bytes(r->a));
     float *other = one + room_of(r);

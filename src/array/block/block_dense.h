@@ -76,8 +76,8 @@ CVOL_INLINE void cvol_dense_put(int32_t *box, const cvol_block *block, int lane,
 }
 
 /* Sums `count` lines `stride` apart; column f has the basis bases[f & 1] + 16 f. */
-CVOL_INLINE void cvol_dense_sum(float *out, const int32_t *box, long stride, int count, float step,
-                                const float *const bases[2])
+CVOL_INLINE void cvol_dense_sum(float *out, const int32_t *box, ptrdiff_t stride, int count,
+                                float step, const float *const bases[2])
 {
     float values[CVOL_DENSE_LINES * CVOL_DENSE] __attribute__((aligned(64)));
     cvol_vi any[CVOL_DENSE / CVOL_LANES];
@@ -131,7 +131,7 @@ CVOL_INLINE int cvol_dense_rows(const int32_t *box, int rows)
 CVOL_INLINE void cvol_dense_lines(float *out, int32_t *box, int begin, int end, int way, float step,
                                   const float *const bases[2])
 {
-    const long stride = (long)way * CVOL_DENSE;
+    const ptrdiff_t stride = (ptrdiff_t)way * CVOL_DENSE;
     int r = begin;
     for (; r + (CVOL_DENSE_LINES - 1) * way < end; r += CVOL_DENSE_LINES * way)
         cvol_dense_sum(out + r * CVOL_DENSE, box + r * CVOL_DENSE, stride, CVOL_DENSE_LINES, step,
@@ -152,7 +152,7 @@ cvol_dense_lanes(float *first, int32_t *box, cvol_block_rows *rows, const cvol_b
 {
     cvol_dense_put(box, block, lane, row, sheet);
     for (int s = 0; s < low_sheet; s++) {
-        const long at = (long)s * CVOL_DENSE * CVOL_DENSE;
+        const ptrdiff_t at = (ptrdiff_t)s * CVOL_DENSE * CVOL_DENSE;
         const int count = cvol_dense_rows(box + at, low_row);
         rows->count[s] = (uint8_t)count;
         for (int half = 0; half < way; half++)

@@ -9,6 +9,6 @@ void CVOL_SIMD(cvol_block_decode)(float *out, const cvol_block *block, const cvo
 void CVOL_SIMD(cvol_block_decode)(float *out, const cvol_block *block, const cvol_block_axes *axes,
                                   int block_log2, float step, cvol_block_work *work)
 {
-    const long B = 1L << block_log2;
+    const ptrdiff_t B = (ptrdiff_t)1 << block_log2;
     cvol_block_inverse(out, B, B * B, block, axes, block_log2, step, work);
 }

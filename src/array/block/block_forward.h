@@ -24,8 +24,8 @@ typedef struct cvol_forward_axes {
 /* `count` frequencies of a line of M samples, M even; neighbours lie in_stride and out_stride
  * floats apart. It makes four sums together: even and odd frequencies need different halves of the
  * folded line. */
-CVOL_INLINE void cvol_lines_forward_of(float *out, long out_stride, const float *in, long in_stride,
-                                       int count, const float *basis, int M)
+CVOL_INLINE void cvol_lines_forward_of(float *out, ptrdiff_t out_stride, const float *in,
+                                       ptrdiff_t in_stride, int count, const float *basis, int M)
 {
     cvol_vf even[CVOL_BLOCK_MAX / 2], odd[CVOL_BLOCK_MAX / 2];
     const int half = M / 2;
@@ -56,9 +56,9 @@ CVOL_INLINE void cvol_lines_forward_of(float *out, long out_stride, const float 
 }
 
 /* The common lengths with their loops unrolled; one function for all sizes of blocks. */
-static __attribute__((noinline)) void cvol_lines_forward(float *out, long out_stride,
-                                                         const float *in, long in_stride, int count,
-                                                         const float *basis, int M)
+static __attribute__((noinline)) void cvol_lines_forward(float *out, ptrdiff_t out_stride,
+                                                         const float *in, ptrdiff_t in_stride,
+                                                         int count, const float *basis, int M)
 {
     if (M == 16)
         cvol_lines_forward_of(out, out_stride, in, in_stride, count, basis, 16);
@@ -104,7 +104,7 @@ CVOL_INLINE void cvol_block_forward_box(float *out, float *in, float *scratch,
                                         const cvol_forward_axes *axes, int B)
 {
     const int width = B < 16 ? 16 : B;
-    const long row = width, sheet = (long)axes->row_points * width;
+    const ptrdiff_t row = width, sheet = (ptrdiff_t)axes->row_points * width;
     for (int y = 0; y < axes->row_points; y++)
         for (int part = 0; part < width; part += CVOL_LANES)
             cvol_lines_forward(scratch + y * row + part, sheet, in + y * row + part, sheet,
@@ -113,7 +113,7 @@ CVOL_INLINE void cvol_block_forward_box(float *out, float *in, float *scratch,
         for (int part = 0; part < width; part += CVOL_LANES)
             cvol_lines_forward(in + part, row, scratch + w * sheet + part, row, axes->box[1],
                                axes->row_basis, axes->row_points);
-        cvol_rows_forward(out + (long)w * B * B, in, axes->box[1], axes->columns, B, width);
+        cvol_rows_forward(out + (ptrdiff_t)w * B * B, in, axes->box[1], axes->columns, B, width);
     }
 }
 

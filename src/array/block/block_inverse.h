@@ -26,7 +26,8 @@ CVOL_INLINE void cvol_block_gather_lanes(float *first, cvol_block_rows *rows,
 {
     const int B = 1 << block_log2;
     for (int s = 0; s < block->low[sheet]; s++) {
-        memset(first + (long)s * B * width, 0, sizeof(float) * (size_t)(block->low[row] * width));
+        memset(first + (ptrdiff_t)s * B * width, 0,
+               sizeof(float) * (size_t)(block->low[row] * width));
         rows->count[s] = 0;
     }
     cvol_term_batch batch;
@@ -48,17 +49,18 @@ CVOL_INLINE void cvol_block_sheets(const cvol_block_out *to, const cvol_block_ax
     if (__builtin_expect(axes->sheet_ends != 0, 0)) {
         for (int j = 0; j < rows; j++)
             cvol_lines_tile(out + j * to->row_stride, to->sheet_stride, in + j * width,
-                            (long)rows * width, low_sheet, axes->sheet_basis, sheets, 0, 2, lanes);
+                            (ptrdiff_t)rows * width, low_sheet, axes->sheet_basis, sheets, 0, 2,
+                            lanes);
         return;
     }
     for (int j = 0; j < rows; j++)
         cvol_lines_inverse(out + j * to->row_stride, to->sheet_stride, in + j * width,
-                           (long)rows * width, low_sheet, axes->sheet_basis, sheets, lanes);
+                           (ptrdiff_t)rows * width, low_sheet, axes->sheet_basis, sheets, lanes);
 }
 
 /* Two rows, as int16: `tile` slices from i on and their mirror images. */
-CVOL_INLINE void cvol_block_int16_tile(int16_t *out, long row_stride, long sheet_stride,
-                                       float start, const float *in, int width, long in_stride,
+CVOL_INLINE void cvol_block_int16_tile(int16_t *out, ptrdiff_t row_stride, ptrdiff_t sheet_stride,
+                                       float start, const float *in, int width, ptrdiff_t in_stride,
                                        int K, const float *basis, int M, int i, int tile, int lanes)
 {
     cvol_vf near[2][CVOL_LINES_TILE], far[2][CVOL_LINES_TILE];
@@ -83,16 +85,16 @@ CVOL_INLINE void cvol_block_sheets_int16(const cvol_block_out *to, const cvol_bl
         int i = 0;
         for (; i + CVOL_LINES_TILE <= wanted; i += CVOL_LINES_TILE)
             cvol_block_int16_tile(out, to->row_stride, to->sheet_stride, to->start, in + j * width,
-                                  width, (long)rows * width, low_sheet, axes->sheet_basis, sheets,
-                                  i, CVOL_LINES_TILE, lanes);
+                                  width, (ptrdiff_t)rows * width, low_sheet, axes->sheet_basis,
+                                  sheets, i, CVOL_LINES_TILE, lanes);
         for (; CVOL_LINES_TILE > 2 && i + 2 <= wanted; i += 2)
             cvol_block_int16_tile(out, to->row_stride, to->sheet_stride, to->start, in + j * width,
-                                  width, (long)rows * width, low_sheet, axes->sheet_basis, sheets,
-                                  i, 2, lanes);
+                                  width, (ptrdiff_t)rows * width, low_sheet, axes->sheet_basis,
+                                  sheets, i, 2, lanes);
         for (; i < wanted; i++)
             cvol_block_int16_tile(out, to->row_stride, to->sheet_stride, to->start, in + j * width,
-                                  width, (long)rows * width, low_sheet, axes->sheet_basis, sheets,
-                                  i, 1, lanes);
+                                  width, (ptrdiff_t)rows * width, low_sheet, axes->sheet_basis,
+                                  sheets, i, 1, lanes);
     }
 }
 
@@ -154,8 +156,8 @@ CVOL_INLINE void cvol_block_rows_and_sheets(const cvol_block_out *out, cvol_bloc
         if (lanes <= 0)
             break;
         for (int s = 0; s < low_sheet; s++)
-            cvol_lines_inverse(second + (long)s * rows * width + part, width,
-                               work->first + ((long)s << block_log2) * width + part, width,
+            cvol_lines_inverse(second + (ptrdiff_t)s * rows * width + part, width,
+                               work->first + ((ptrdiff_t)s << block_log2) * width + part, width,
                                cvol_block_frequencies(axes, rows, low_rows->count[s]),
                                axes->row_basis, rows, CVOL_LANES);
         if (out->are_words)
@@ -183,7 +185,7 @@ CVOL_INLINE void cvol_block_inverse_to(const cvol_block_out *out, const cvol_blo
 }
 
 /* As floats: out[z * sheet_stride + j * row_stride + i] for slice z, row j, lane i. */
-CVOL_INLINE void cvol_block_inverse(float *out, long row_stride, long sheet_stride,
+CVOL_INLINE void cvol_block_inverse(float *out, ptrdiff_t row_stride, ptrdiff_t sheet_stride,
                                     const cvol_block *block, const cvol_block_axes *axes,
                                     int block_log2, float step, cvol_block_work *work)
 {

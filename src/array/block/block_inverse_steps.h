@@ -52,7 +52,7 @@ CVOL_INLINE float *cvol_block_second(cvol_block_work *work, int block_log2)
  * i]. The type is known at compile time. */
 typedef struct cvol_block_out {
     void *at;
-    long row_stride, sheet_stride;
+    ptrdiff_t row_stride, sheet_stride;
     int are_words; /* int16 (vector_int16.h); 0: floats */
     float start;   /* added to each float */
 } cvol_block_out;

@@ -79,22 +79,22 @@ static const float *block_samples(halo *h, const cvol_array *array, const size_t
 }
 
 /* The index within 0 .. n - 1 that x is mirrored to. */
-static size_t reflect(long x, size_t n)
+static size_t reflect(ptrdiff_t x, size_t n)
 {
-    const long length = (long)n;
+    const ptrdiff_t length = (ptrdiff_t)n;
     while (x < 0 || x >= length)
         x = x < 0 ? -1 - x : 2 * length - 1 - x;
     return (size_t)x;
 }
 
-static void read_plain(float *out, halo *h, const cvol_array *array, const long begin[3],
+static void read_plain(float *out, halo *h, const cvol_array *array, const ptrdiff_t begin[3],
                        const size_t size[3])
 {
     size_t side[3], block[3][CVOL_HALO_MAX], local[3][CVOL_HALO_MAX];
     for (int a = 0; a < 3; a++) {
         side[a] = cvol_block_side(array, a);
         for (size_t i = 0; i < size[a]; i++) {
-            const size_t x = reflect(begin[a] + (long)i, array->grid.dims[a]);
+            const size_t x = reflect(begin[a] + (ptrdiff_t)i, array->grid.dims[a]);
             block[a][i] = x / side[a];
             local[a][i] = x % side[a];
         }
@@ -137,7 +137,7 @@ static void copy_block(float *region, halo *h, const cvol_array *array, const si
 /* Assembles the region that the read needs, filters it, and reads from it: with the offset and the
  * value of background samples, or of the terms alone. */
 static void read_lapped(float *out, halo *h, const cvol_array *array, int only_terms,
-                        const long from[3], const size_t wanted[3])
+                        const ptrdiff_t from[3], const size_t wanted[3])
 {
     const float offset = only_terms ? 0 : (float)array->offset;
     const size_t B = (size_t)array->block;
@@ -146,7 +146,7 @@ static void read_lapped(float *out, halo *h, const cvol_array *array, int only_t
     for (int a = 0; a < 3; a++) {
         begin[a] = end[a] = reflect(from[a], array->grid.dims[a]);
         for (size_t i = 0; i < wanted[a]; i++) {
-            at[a][i] = reflect(from[a] + (long)i, array->grid.dims[a]);
+            at[a][i] = reflect(from[a] + (ptrdiff_t)i, array->grid.dims[a]);
             begin[a] = at[a][i] < begin[a] ? at[a][i] : begin[a];
             end[a] = at[a][i] > end[a] ? at[a][i] : end[a];
         }
@@ -180,7 +180,7 @@ static void read_lapped(float *out, halo *h, const cvol_array *array, int only_t
 
 /* ---- public ---------------------------------------------------------------------------------- */
 
-void cvol_halo_read(float *out, void *memory, const cvol_array *array, const long begin[3],
+void cvol_halo_read(float *out, void *memory, const cvol_array *array, const ptrdiff_t begin[3],
                     const size_t size[3])
 {
     if (array->lapped)
@@ -189,8 +189,8 @@ void cvol_halo_read(float *out, void *memory, const cvol_array *array, const lon
         read_plain(out, memory, array, begin, size);
 }
 
-void cvol_halo_read_terms(float *out, void *memory, const cvol_array *array, const long begin[3],
-                          const size_t size[3])
+void cvol_halo_read_terms(float *out, void *memory, const cvol_array *array,
+                          const ptrdiff_t begin[3], const size_t size[3])
 {
     read_lapped(out, memory, array, 1, begin, size);
 }
@@ -205,7 +205,7 @@ void cvol_halo_evaluate(float *out, void *memory, const cvol_array *array, size_
         return;
     }
     cvol_block_origin(at, array, index);
-    const long begin[3] = {(long)at[0], (long)at[1], (long)at[2]};
+    const ptrdiff_t begin[3] = {(ptrdiff_t)at[0], (ptrdiff_t)at[1], (ptrdiff_t)at[2]};
     read_lapped(out, memory, array, 1, begin, side);
 }
 

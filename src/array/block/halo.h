@@ -15,12 +15,12 @@ size_t cvol_halo_bytes(const cvol_array *array);
  * CVOL_HALO_MAX, or of a lapped volume three blocks and two more samples on either side; 1 beyond
  * the rank. */
 enum { CVOL_HALO_MAX = 96 };
-void cvol_halo_read(float *out, void *halo, const cvol_array *array, const long begin[3],
+void cvol_halo_read(float *out, void *halo, const cvol_array *array, const ptrdiff_t begin[3],
                     const size_t size[3]);
 
 /* The same of the terms of a lapped volume alone: without the offset, and with what the terms have
  * behind a separate background. */
-void cvol_halo_read_terms(float *out, void *halo, const cvol_array *array, const long begin[3],
+void cvol_halo_read_terms(float *out, void *halo, const cvol_array *array, const ptrdiff_t begin[3],
                           const size_t size[3]);
 
 /* As cvol_block_evaluate, also for lapped volumes: post-filtered, and mirrored where the block

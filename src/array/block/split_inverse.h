@@ -48,7 +48,7 @@ CVOL_INLINE void cvol_split_gather_lanes(float *first, cvol_block_rows *rows,
 {
     enum { LOG2 = 4, B = 1 << LOG2 };
     for (int s = 0; s < block->low[sheet]; s++) {
-        memset(first + (long)s * B * B, 0, sizeof(float) * (size_t)(block->low[row] * B));
+        memset(first + (ptrdiff_t)s * B * B, 0, sizeof(float) * (size_t)(block->low[row] * B));
         rows->count[s] = 0;
     }
     const int parts = (int)(axes->lane_parts[1] - axes->lane_parts[0]);
@@ -66,14 +66,14 @@ CVOL_INLINE void cvol_split_gather_lanes(float *first, cvol_block_rows *rows,
  * or int16), `lanes` lanes of it. */
 typedef struct cvol_split_out {
     void *at;
-    long stride, vector_stride;
+    ptrdiff_t stride, vector_stride;
     int are_words, lanes; /* see cvol_block_out */
     float start;
 } cvol_split_out;
 
-CVOL_INLINE void cvol_split_store(const cvol_split_out *out, long i, long j, cvol_vf v)
+CVOL_INLINE void cvol_split_store(const cvol_split_out *out, ptrdiff_t i, ptrdiff_t j, cvol_vf v)
 {
-    const long at = i * out->stride + j * out->vector_stride;
+    const ptrdiff_t at = i * out->stride + j * out->vector_stride;
     if (out->are_words)
         cvol_store_int16((int16_t *)out->at + at, v, out->lanes);
     else if (out->lanes == CVOL_LANES)
@@ -83,7 +83,7 @@ CVOL_INLINE void cvol_split_store(const cvol_split_out *out, long i, long j, cvo
 }
 
 /* `tile` outputs from i on: the sums over places v = first, first + step, ... below K. */
-CVOL_INLINE void cvol_split_sums(cvol_vf *sums, cvol_vf start, const float *in, long in_stride,
+CVOL_INLINE void cvol_split_sums(cvol_vf *sums, cvol_vf start, const float *in, ptrdiff_t in_stride,
                                  int first, int step, int K, const float *basis, int M, int i,
                                  int tile)
 {
@@ -118,8 +118,8 @@ CVOL_INLINE cvol_split_reach cvol_split_reach_of(const float *const parts[2],
     return reach;
 }
 
-CVOL_INLINE void cvol_split_tile(const cvol_split_out *out, long j, const float *in, long in_stride,
-                                 const cvol_split_reach *r, int i, int tile)
+CVOL_INLINE void cvol_split_tile(const cvol_split_out *out, ptrdiff_t j, const float *in,
+                                 ptrdiff_t in_stride, const cvol_split_reach *r, int i, int tile)
 {
     const cvol_vf start = cvol_splat(out->start);
     cvol_vf sums[4], others[4];
@@ -135,8 +135,9 @@ CVOL_INLINE void cvol_split_tile(const cvol_split_out *out, long j, const float 
         cvol_split_store(out, i + t, j, sums[t]);
 }
 
-CVOL_INLINE void cvol_split_lines(const cvol_split_out *out, long j, const float *in,
-                                  long in_stride, const cvol_split_reach *reach, int begin, int end)
+CVOL_INLINE void cvol_split_lines(const cvol_split_out *out, ptrdiff_t j, const float *in,
+                                  ptrdiff_t in_stride, const cvol_split_reach *reach, int begin,
+                                  int end)
 {
     int i = begin;
     for (; i + 4 <= end; i += 4)
@@ -153,8 +154,8 @@ CVOL_INLINE void cvol_split_lines(const cvol_split_out *out, long j, const float
 
 /* Half c of an axis whose octant is not split, from the places below K; `lines` lines (1 or 2),
  * `apart` floats apart, as in cvol_lines_sums. */
-CVOL_INLINE void cvol_split_eights(cvol_vf out[][8], int lines, long apart, cvol_vf start,
-                                   const float *in, long in_stride, int K, int c,
+CVOL_INLINE void cvol_split_eights(cvol_vf out[][8], int lines, ptrdiff_t apart, cvol_vf start,
+                                   const float *in, ptrdiff_t in_stride, int K, int c,
                                    const float *basis)
 {
     cvol_vf even[2][4], odd[2][4];
@@ -182,8 +183,9 @@ CVOL_INLINE void cvol_split_eights(cvol_vf out[][8], int lines, long apart, cvol
 }
 
 /* The same for a split octant. */
-CVOL_INLINE void cvol_split_fours(cvol_vf out[][8], int lines, long apart, cvol_vf start,
-                                  const float *in, long in_stride, int K, int c, const float *basis)
+CVOL_INLINE void cvol_split_fours(cvol_vf out[][8], int lines, ptrdiff_t apart, cvol_vf start,
+                                  const float *in, ptrdiff_t in_stride, int K, int c,
+                                  const float *basis)
 {
     for (int q = 0; q < 2; q++) {
         cvol_vf even[2][2] = {{start, start}, {start, start}}, odd[2][2] = {{{0}, {0}}, {{0}, {0}}};
@@ -210,8 +212,8 @@ CVOL_INLINE void cvol_split_fours(cvol_vf out[][8], int lines, long apart, cvol_
  * ones (`own`) in one kind and the others in the other. */
 enum { CVOL_SPLIT_EIGHTS, CVOL_SPLIT_FOURS, CVOL_SPLIT_MIXED };
 
-CVOL_INLINE void cvol_split_half_of(cvol_vf samples[][8], int lines, long apart, cvol_vf start,
-                                    const float *in, long in_stride, int K, int c,
+CVOL_INLINE void cvol_split_half_of(cvol_vf samples[][8], int lines, ptrdiff_t apart, cvol_vf start,
+                                    const float *in, ptrdiff_t in_stride, int K, int c,
                                     const float *const parts[2], int kind, cvol_vi eights)
 {
     cvol_vf others[2][8];
@@ -228,9 +230,10 @@ CVOL_INLINE void cvol_split_half_of(cvol_vf samples[][8], int lines, long apart,
 }
 
 /* Half c of an axis, for `count` vectors, which lie in_line floats apart in `in`. */
-CVOL_INLINE void cvol_split_half_kind(const cvol_split_out *out, const float *in, long in_line,
-                                      long in_stride, int K, int c, const float *const parts[2],
-                                      int kind, cvol_vi eights, int count)
+CVOL_INLINE void cvol_split_half_kind(const cvol_split_out *out, const float *in, ptrdiff_t in_line,
+                                      ptrdiff_t in_stride, int K, int c,
+                                      const float *const parts[2], int kind, cvol_vi eights,
+                                      int count)
 {
     const cvol_vf start = cvol_splat(out->start);
     cvol_vf samples[2][8];
@@ -252,8 +255,8 @@ CVOL_INLINE void cvol_split_half_kind(const cvol_split_out *out, const float *in
     }
 }
 
-CVOL_INLINE void cvol_split_half(const cvol_split_out *out, const float *in, long in_line,
-                                 long in_stride, int K, int c, const float *const parts[2],
+CVOL_INLINE void cvol_split_half(const cvol_split_out *out, const float *in, ptrdiff_t in_line,
+                                 ptrdiff_t in_stride, int K, int c, const float *const parts[2],
                                  cvol_split_halves kinds, cvol_vi own, int count)
 {
     int kind = CVOL_SPLIT_MIXED;
@@ -288,7 +291,7 @@ CVOL_INLINE int cvol_split_needs(const cvol_block_axes *axes, int half)
 CVOL_INLINE cvol_split_out cvol_split_out_of(const cvol_block_out *out, int part, int row,
                                              int lanes)
 {
-    const long at = part + row * out->row_stride;
+    const ptrdiff_t at = part + row * out->row_stride;
     return (cvol_split_out){out->are_words ? (void *)((int16_t *)out->at + at)
                                            : (void *)((float *)out->at + at),
                             out->sheet_stride,
@@ -307,8 +310,8 @@ CVOL_INLINE void cvol_split_rows(float *second, const float *first, const cvol_b
     const int rows = axes->row_points,
               low_sheet = cvol_split_frequencies(axes, axes->sheet_points, block->low[axes->sheet]);
     for (int s = 0; s < low_sheet; s++) {
-        const cvol_split_out out = {second + (long)s * rows * B, B, 0, 0, CVOL_LANES, 0};
-        const float *in = first + (long)s * B * B;
+        const cvol_split_out out = {second + (ptrdiff_t)s * rows * B, B, 0, 0, CVOL_LANES, 0};
+        const float *in = first + (ptrdiff_t)s * B * B;
         const int K = cvol_split_frequencies(axes, rows, low_rows->count[s]), half = s & 1;
         if (!cvol_split_needs(axes, half))
             continue;
@@ -338,14 +341,14 @@ CVOL_INLINE void cvol_split_sheets(const cvol_block_out *to, int part, int lanes
         const float *in = second + half * rows / 2 * B;
         for (int c = 0; c < 2 && sheets == B; c++)
             if (cvol_split_needs(axes, c))
-                cvol_split_half(&out, in, B, (long)rows * B, K, c, axes->sheet_parts,
+                cvol_split_half(&out, in, B, (ptrdiff_t)rows * B, K, c, axes->sheet_parts,
                                 cvol_split_lanes(block->split, axes, half, c), own, rows / 2);
         for (int q = 0; q < 4 && sheets != B; q++) {
             const cvol_split_reach reach = cvol_split_reach_of(
                 axes->sheet_parts, cvol_split_lanes(block->split, axes, half, q >> 1), q, sheets, K,
                 own);
             for (int j = 0; j < rows / 2; j++)
-                cvol_split_lines(&out, j, in + j * B, (long)rows * B, &reach,
+                cvol_split_lines(&out, j, in + j * B, (ptrdiff_t)rows * B, &reach,
                                  cvol_split_point(sheets, q), cvol_split_point(sheets, q + 1));
         }
     }

@@ -46,7 +46,7 @@ CVOL_INLINE void gather_terms(float *lanes, row_counts *rows, const cvol_block *
 }
 
 /* out[i] += scale sum_{v < count} matrix[i][v] in[v], i < B; vectors lie `stride` floats apart. */
-CVOL_INLINE void add_matrix(float *out, const float *in, long out_stride, long in_stride,
+CVOL_INLINE void add_matrix(float *out, const float *in, ptrdiff_t out_stride, ptrdiff_t in_stride,
                             const float *matrix, int count, int B, float scale)
 {
     for (int i = 0; i < B; i += 4) {
@@ -97,8 +97,8 @@ CVOL_INLINE void convolve(float *out, const cvol_block *const near[27],
             sum_rows(work->rows, &low_z, work->lanes, near + 9 * dz, &parts[p], block_log2);
             if (low_z)
                 for (int lane = 0; lane < B * width; lane += CVOL_LANES)
-                    add_matrix(work->sum + lane, work->rows + lane, (long)B * width,
-                               (long)B * width, parts[p].z.of[dz], low_z, B, parts[p].weight);
+                    add_matrix(work->sum + lane, work->rows + lane, (ptrdiff_t)B * width,
+                               (ptrdiff_t)B * width, parts[p].z.of[dz], low_z, B, parts[p].weight);
         }
     for (int row = 0; row < B * B; row++)
         memcpy(out + row * B, work->sum + row * width, sizeof(float) * (size_t)B);

@@ -57,11 +57,11 @@ static int produce(const void *user, cvol_dense_block *block, size_t index, void
     const int rank = f->a->rank;
     const size_t around = around_of(f);
     size_t size[3], side[3];
-    long begin[3];
+    ptrdiff_t begin[3];
     const size_t count = cvol_result_box(begin, side, f->shape, index);
     for (int a = 0; a < 3; a++) {
         size[a] = side[a] + 2 * f->radius[a];
-        begin[a] -= (long)f->radius[a];
+        begin[a] -= (ptrdiff_t)f->radius[a];
     }
     float *samples = (float *)((char *)scratch + cvol_halo_bytes(f->a));
     float *work = samples + cvol_result_box_room(f->shape);

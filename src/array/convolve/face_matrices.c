@@ -36,13 +36,13 @@ static size_t block_of_kind(size_t kind, size_t count)
 }
 
 /* The sample at index x of an axis mirrored about its ends. */
-static size_t mirrored(long x, size_t n)
+static size_t mirrored(ptrdiff_t x, size_t n)
 {
-    const long period = 2 * (long)n;
+    const ptrdiff_t period = 2 * (ptrdiff_t)n;
     x %= period;
     if (x < 0)
         x += period;
-    return (size_t)(x < (long)n ? x : period - 1 - x);
+    return (size_t)(x < (ptrdiff_t)n ? x : period - 1 - x);
 }
 
 static double tap_at(const cvol_kernel_line *line, int m)
@@ -60,7 +60,7 @@ static void fill_samples(double *C, const cvol_kernel_line *line, size_t n, size
     for (size_t x = 0; x < B; x++) {
         const size_t at = i * B + x < n ? i * B + x : n - 1;
         for (int m = -line->radius; m <= line->radius; m++) {
-            size_t y = mirrored((long)at - m, n);
+            size_t y = mirrored((ptrdiff_t)at - m, n);
             if (y / B == j)
                 C[x * B + y % B] += tap_at(line, m);
         }

@@ -146,10 +146,10 @@ static void find_terms(terms *best, pencil *of)
 }
 
 /* Moves the pair of number `t` by `by` places; 0 if there is no such place. */
-static int move_pair(terms *to, pencil *of, const terms *from, size_t t, long by)
+static int move_pair(terms *to, pencil *of, const terms *from, size_t t, ptrdiff_t by)
 {
     const size_t u = from->places[t], mirror = cvol_mirror_index(u, of->n);
-    const long place = (long)u + by;
+    const ptrdiff_t place = (ptrdiff_t)u + by;
     if (u > mirror || place < 0 || 2 * (size_t)place > of->n)
         return 0;
     to->count = 0;
@@ -171,7 +171,7 @@ static void move_places(terms *best, pencil *of)
     for (int move = 0; move < MOVES_MAX && best->residual > GOOD * of->norm; move++) {
         better = *best;
         for (size_t t = 0; t < best->count; t++)
-            for (long by = -FARTHEST; by <= FARTHEST; by++)
+            for (ptrdiff_t by = -FARTHEST; by <= FARTHEST; by++)
                 if (by && move_pair(&found, of, best, t, by) && found.residual < better.residual)
                     better = found;
         if (!(better.residual < best->residual))
@@ -191,7 +191,7 @@ static int is_doubtful(const terms *best, pencil *of)
         for (size_t m = 0; m < best->count; m++)
             if (m == t || best->places[m] == cvol_mirror_index(best->places[t], of->n))
                 size += fabs(best->values[m]);
-        for (long by = -1; by <= 1 && size * scale > ACCEPTED * of->norm; by += 2)
+        for (ptrdiff_t by = -1; by <= 1 && size * scale > ACCEPTED * of->norm; by += 2)
             if (move_pair(&found, of, best, t, by) && found.residual <= least)
                 return 1;
     }

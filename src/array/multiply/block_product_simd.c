@@ -27,18 +27,18 @@ CVOL_INLINE void scatter_scaled(float *out, int box[3], const cvol_block *block,
 }
 
 /* a's samples: oa fb + ob fa + fa fb, times scale; rows of `width` lanes. */
-CVOL_INLINE void multiply_samples(float *a, const float *b, long count, float offset_a,
+CVOL_INLINE void multiply_samples(float *a, const float *b, ptrdiff_t count, float offset_a,
                                   float offset_b, float scale)
 {
-    for (long i = 0; i < count; i += CVOL_LANES) {
+    for (ptrdiff_t i = 0; i < count; i += CVOL_LANES) {
         cvol_vf fa = cvol_load(a + i), fb = cvol_load(b + i);
         cvol_store(a + i, scale * (fa * (fb + offset_b) + offset_a * fb));
     }
 }
 
 /* One copy of the inverse for both operands, since it is long. */
-static __attribute__((noinline)) void inverse_of(float *out, long row_stride, long sheet_stride,
-                                                 const cvol_block *block,
+static __attribute__((noinline)) void inverse_of(float *out, ptrdiff_t row_stride,
+                                                 ptrdiff_t sheet_stride, const cvol_block *block,
                                                  const cvol_block_axes *axes, int block_log2,
                                                  float step, cvol_block_work *work)
 {
@@ -68,7 +68,7 @@ CVOL_INLINE void product(float *out, int box[3], const cvol_product_factor *a,
                             .lane_basis = cvol_block_lane_basis(B),
                             .row_basis = row_basis,
                             .sheet_basis = sheet_basis};
-    const long sheet = (long)points[1] * width;
+    const ptrdiff_t sheet = (ptrdiff_t)points[1] * width;
     inverse_of(samples_a, width, sheet, a->block, &axes, block_log2, a->step, inverse);
     inverse_of(samples_b, width, sheet, b->block, &axes, block_log2, b->step, inverse);
     multiply_samples(samples_a, samples_b, sheet * points[2], a->offset, b->offset,

@@ -52,7 +52,7 @@ static int produce_masked(const factors *f, cvol_dense_block *block, size_t inde
     const float offset = (float)(a->offset * b->offset);
     float *x = (float *)((char *)scratch + halo_a + cvol_halo_bytes(b)), *y = x + room;
     size_t size[3];
-    long begin[3];
+    ptrdiff_t begin[3];
     const size_t count = cvol_result_box(begin, size, f->shape, index);
     cvol_halo_read(x, scratch, a, begin, size);
     cvol_halo_read(y, (char *)scratch + halo_a, b, begin, size);
@@ -93,7 +93,7 @@ static int produce_lapped(const void *user, cvol_dense_block *block, size_t inde
     float *a = (float *)((char *)scratch + halo_a + cvol_halo_bytes(f->b)), *b = a + room;
     if (f->shape->lapped) {
         size_t size[3];
-        long begin[3];
+        ptrdiff_t begin[3];
         const size_t count = cvol_result_box(begin, size, f->shape, index);
         cvol_halo_read_terms(a, scratch, f->a, begin, size);
         cvol_halo_read_terms(b, (char *)scratch + halo_a, f->b, begin, size);

@@ -21,13 +21,13 @@ static size_t round_up(size_t floats)
     return (floats + 15) & ~(size_t)15;
 }
 
-size_t cvol_result_box(long begin[3], size_t size[3], const cvol_array *shape, size_t index)
+size_t cvol_result_box(ptrdiff_t begin[3], size_t size[3], const cvol_array *shape, size_t index)
 {
     const size_t margin = shape->lapped ? REACH : 0;
     size_t at[3];
     cvol_block_origin(at, shape, index);
     for (int a = 0; a < 3; a++) {
-        begin[a] = (long)at[a] - (long)margin;
+        begin[a] = (ptrdiff_t)at[a] - (ptrdiff_t)margin;
         size[a] = cvol_block_side(shape, a) + 2 * margin;
     }
     return size[0] * size[1] * size[2];
@@ -62,7 +62,7 @@ double cvol_result_expected_step(const cvol_array *shape, double loss)
 /* ---- samples --------------------------------------------------------------------------------- */
 
 /* Pre-filters the samples around a block. */
-static void filter_around(float *around, const cvol_array *shape, const long begin[3])
+static void filter_around(float *around, const cvol_array *shape, const ptrdiff_t begin[3])
 {
     cvol_lap_box box = {.grid = CVOL_CELL};
     for (int a = 0; a < 3; a++) {
@@ -157,7 +157,7 @@ void cvol_result_put(cvol_dense_block *out, float *samples, float *scratch, cons
 {
     const size_t margin = shape->lapped ? REACH : 0;
     size_t at[3], size[3], inside[3];
-    long begin[3];
+    ptrdiff_t begin[3];
     (void)cvol_result_box(begin, size, shape, index);
     cvol_block_origin(at, shape, index);
     for (int a = 0; a < 3; a++) {

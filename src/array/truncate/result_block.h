@@ -11,7 +11,7 @@
 
 /* The box of samples from which block `index` is made: the block, and with a lapped shape two
  * samples on either side, which may lie beyond the volume. Returns the number of samples. */
-size_t cvol_result_box(long begin[3], size_t size[3], const cvol_array *shape, size_t index);
+size_t cvol_result_box(ptrdiff_t begin[3], size_t size[3], const cvol_array *shape, size_t index);
 /* The most samples of such a box, a multiple of 16. */
 size_t cvol_result_box_room(const cvol_array *shape);
 /* Floats of scratch for the other functions, a multiple of 16. */

@@ -1,4 +1,5 @@
 /* Multiplies matrices along the axes of a cell, from rows that are not zero. */
+#include <stddef.h>
 #include <string.h>
 
 #include "base/cpu.h"
@@ -66,8 +67,8 @@ CVOL_INLINE void transform_row(double *row, const cvol_true_length_matrix *by)
 
 /* Writes rows u .. u + SUMS - 1: sums of the `count` rows of `from`, whose places are k[]. Even and
  * odd columns have separate matrices if `two`. */
-CVOL_INLINE void sum_rows(double *first, long stride, int u, const double (*from)[N], const int *k,
-                          int count, const cvol_true_length_matrix *even,
+CVOL_INLINE void sum_rows(double *first, ptrdiff_t stride, int u, const double (*from)[N],
+                          const int *k, int count, const cvol_true_length_matrix *even,
                           const cvol_true_length_matrix *odd, int two)
 {
     for (int at = 0; at < N; at += CHUNK * LANES) {
@@ -101,7 +102,7 @@ CVOL_INLINE void sum_rows(double *first, long stride, int u, const double (*from
 
 /* Transforms the rows first + k stride across another axis, for the bits k of `which`. Returns a
  * bit for each row that the result may have. */
-CVOL_INLINE unsigned transform_rows(double *first, long stride, unsigned which,
+CVOL_INLINE unsigned transform_rows(double *first, ptrdiff_t stride, unsigned which,
                                     const cvol_true_length_matrix *even,
                                     const cvol_true_length_matrix *odd)
 {

@@ -77,13 +77,13 @@ int cvol_fourier_pixels_prepare(cvol_context *context, cvol_fourier_pixels *job)
     for (int i = 0; i < job->view->width; i++) {
         const double at = column_at(job, i), cell = floor(at);
         /* far outside, any position will do */
-        job->cell[i] = cell > -1e9 && cell < 1e9 ? (long)cell - BELOW : -1000000000;
+        job->cell[i] = cell > -1e9 && cell < 1e9 ? (ptrdiff_t)cell - BELOW : -1000000000;
         cvol_fourier_kernel_weigh(job->weights[i], job->kernel, at - cell);
     }
     return CVOL_OK;
 }
 
-static int within(long at, size_t count)
+static int within(ptrdiff_t at, size_t count)
 {
     return at >= 0 && (size_t)at < count;
 }
@@ -97,10 +97,11 @@ static void sample_row(float *out, float *line, const float *plane, const cvol_f
     const int width = job->view->width;
     memset(out, 0, (size_t)width * sizeof *out);
     if (slice_grid->aligned) {
-        const long row = slice_grid->first[1] + job->view->height - 1 - j;
-        long from = slice_grid->first[0] < 0 ? -slice_grid->first[0] : 0;
-        long end = (long)n[0] - slice_grid->first[0] < width ? (long)n[0] - slice_grid->first[0]
-                                                             : width;
+        const ptrdiff_t row = slice_grid->first[1] + job->view->height - 1 - j;
+        ptrdiff_t from = slice_grid->first[0] < 0 ? -slice_grid->first[0] : 0;
+        ptrdiff_t end = (ptrdiff_t)n[0] - slice_grid->first[0] < width
+                            ? (ptrdiff_t)n[0] - slice_grid->first[0]
+                            : width;
         if (within(row, n[1]) && from < end)
             memcpy(out + from, plane + (size_t)row * n[0] + slice_grid->first[0] + from,
                    (size_t)(end - from) * sizeof *out);
@@ -110,7 +111,7 @@ static void sample_row(float *out, float *line, const float *plane, const cvol_f
     const double y = (above + slice_grid->middle[1]) / slice_grid->space + slice_grid->shift[1];
     if (!(y > -CVOL_FOURIER_TAPS && y < (double)n[1] + CVOL_FOURIER_TAPS))
         return;
-    const long cell = (long)floor(y) - BELOW;
+    const ptrdiff_t cell = (ptrdiff_t)floor(y) - BELOW;
     float weights[CVOL_FOURIER_TAPS];
     cvol_fourier_kernel_weigh(weights, job->kernel, y - floor(y));
     memset(line, 0, n[0] * sizeof *line);

@@ -26,7 +26,7 @@ typedef struct cvol_fourier_pixels {
     double floor; /* smaller weights are ignored */
     int integrals;
     /* If pixels are not points of the lattice: */
-    long *cell;
+    ptrdiff_t *cell;
     float (*weights)[CVOL_FOURIER_TAPS];
 } cvol_fourier_pixels;
 

@@ -97,7 +97,7 @@ static size_t line_room(const slice_job *job)
 }
 
 /* Finds the steps of eta within the used frequencies: first .. last; 0 if there are none. */
-static int find_range(long *first, long *last, const slice_job *job, size_t column)
+static int find_range(ptrdiff_t *first, ptrdiff_t *last, const slice_job *job, size_t column)
 {
     const double most = (double)job->planes->slice_grid.dims[1] / 2 - 1;
     double lo = -most, hi = most;
@@ -112,14 +112,14 @@ static int find_range(long *first, long *last, const slice_job *job, size_t colu
         lo = fmax(lo, fmin(p, q));
         hi = fmin(hi, fmax(p, q));
     }
-    *first = (long)ceil(lo);
-    *last = (long)floor(hi);
+    *first = (ptrdiff_t)ceil(lo);
+    *last = (ptrdiff_t)floor(hi);
     return *first <= *last;
 }
 
 static void gather(const slice_job *job, const cvol_fourier_spectrum *spectrum,
-                   const cvol_fourier_pages *pages, float *re, float *im, size_t column, long first,
-                   size_t count, int cued)
+                   const cvol_fourier_pages *pages, float *re, float *im, size_t column,
+                   ptrdiff_t first, size_t count, int cued)
 {
     cvol_fourier_line line = {.spectrum = spectrum,
                               .pages = spectrum->bricks.all ? pages : NULL,
@@ -136,7 +136,7 @@ static void gather(const slice_job *job, const cvol_fourier_spectrum *spectrum,
     CVOL_SIMD_CHOOSE(cvol_fourier_gather)(re, im, &line);
 }
 
-static void weigh(const slice_job *job, const thread_lines *of, size_t column, long first,
+static void weigh(const slice_job *job, const thread_lines *of, size_t column, ptrdiff_t first,
                   size_t count)
 {
     cvol_fourier_filter filter = {.count = count};
@@ -181,13 +181,13 @@ static void put_run(float *restrict out, const float *restrict re, const float *
 
 /* Negative steps of eta lie at the column's end. */
 static void put(float *column, size_t rows, const float *re, const float *im, const float *factor,
-                long first, size_t count, const phases *by)
+                ptrdiff_t first, size_t count, const phases *by)
 {
     const size_t below = first >= 0 ? 0 : (size_t)-first < count ? (size_t)-first : count;
     if (below)
-        put_run(column + 2 * ((long)rows + first), re, im, factor, by->c + first, by->s + first, by,
-                below);
-    const long from = first + (long)below;
+        put_run(column + 2 * ((ptrdiff_t)rows + first), re, im, factor, by->c + first,
+                by->s + first, by, below);
+    const ptrdiff_t from = first + (ptrdiff_t)below;
     if (below < count)
         put_run(column + 2 * from, re + below, im ? im + below : NULL,
                 factor ? factor + below : NULL, by->c + from, by->s + from, by, count - below);
@@ -220,7 +220,7 @@ static int make_column(cvol_context *context, const slice_job *job, const thread
     cvol_fourier_planes *planes = job->planes;
     const size_t rows = planes->slice_grid.dims[1];
     float *out[2];
-    long first, last;
+    ptrdiff_t first, last;
     for (int k = 0; k < 2; k++) {
         out[k] = planes->columns[k] + 2 * column * planes->column_stride;
         memset(out[k], 0, 2 * rows * sizeof(float));

@@ -41,7 +41,7 @@ void cvol_fourier_slice_grid_make(cvol_fourier_slice_grid *out, const cvol_grid 
         out->first[d] = 0;
         out->shift[d] = middle;
         if (out->aligned) {
-            out->first[d] = (long)floor(first + middle);
+            out->first[d] = (ptrdiff_t)floor(first + middle);
             out->shift[d] = (double)out->first[d] - first;
         }
     }

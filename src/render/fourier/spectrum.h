@@ -94,7 +94,7 @@ typedef struct cvol_fourier_slice_grid {
     double shift[2], space;
     double middle[2]; /* the picture's, from the volume's, along right and up */
     int aligned;      /* every pixel is a point: pixel (0, 0) is point (first[0], first[1]) */
-    long first[2];
+    ptrdiff_t first[2];
 } cvol_fourier_slice_grid;
 void cvol_fourier_slice_grid_make(cvol_fourier_slice_grid *out, const cvol_grid *grid,
                                   const cvol_view *view); /* slice_grid.c */

@@ -15,7 +15,7 @@ typedef struct job {
     const float *extinction;
     int axis, across[2];          /* the sweep's, those of its slices: rows run along across[0] */
     size_t n[2], stride[2], step; /* cells of a slice, and their distances in memory */
-    long shift[2];                /* whole cells from p to q, in a slice */
+    ptrdiff_t shift[2];           /* whole cells from p to q, in a slice */
     float weights[2][3];          /* of q's cell and its neighbours */
     float length, keep;
     size_t width; /* of a slice with its border */
@@ -64,12 +64,13 @@ static void step_row(float *out, const job *j, const float *before, size_t row)
     for (size_t i = 0; i < j->n[0]; i++)
         out[i] = 0;
     for (int k = -1; k <= 1; k++) {
-        const long line = (long)row + j->shift[1] + k;
-        if (line < 0 || line >= (long)j->n[1])
+        const ptrdiff_t line = (ptrdiff_t)row + j->shift[1] + k;
+        if (line < 0 || line >= (ptrdiff_t)j->n[1])
             continue;
         const float *from = before + (size_t)(line + BORDER) * j->width + BORDER + j->shift[0];
         for (size_t i = 0; i < j->n[0]; i++)
-            out[i] += v[k + 1] * (w[0] * from[(long)i - 1] + w[1] * from[i] + w[2] * from[i + 1]);
+            out[i] += v[k + 1] *
+                      (w[0] * from[(ptrdiff_t)i - 1] + w[1] * from[i] + w[2] * from[i + 1]);
     }
 }
 

@@ -26,7 +26,8 @@ static void set_factors(cvol_light *out, const cvol_sheet_plan *plan, const cvol
                                plan->ascending ? plan->pitch_sheet : -plan->pitch_sheet},
                  firsts[3] = {plan->first_lane, plan->first_row,
                               cvol_sheet_place(plan, plan->ascending ? 0 : plan->sheet_count - 1)};
-    const long strides[3] = {1, (long)coarse->dims[0], (long)(coarse->dims[0] * coarse->dims[1])};
+    const ptrdiff_t strides[3] = {1, (ptrdiff_t)coarse->dims[0],
+                                  (ptrdiff_t)(coarse->dims[0] * coarse->dims[1])};
     out->factors = reach->factors;
     for (int k = 0; k < 3; k++) {
         const int a = axes[k];

@@ -13,12 +13,12 @@ static void fill(float *out, const cvol_compose_job *job, const cvol_tile_axis *
     const int B = job->baked->tile, width = B < 16 ? 16 : B;
     const float *columns = cvol_block_columns(B);
     const cvol_intermediate_line *line = &axis->line;
-    const long step = (long)job->image_grid->step;
+    const ptrdiff_t step = (ptrdiff_t)job->image_grid->step;
     memset(out, 0, (size_t)(axis->places * B) * sizeof *out);
     for (int p = 0; p < axis->places; p++)
         for (int q = line->low; q <= line->high; q++) {
             /* the sample with this weight at the place */
-            const long x = (axis->first + p) * step - line->place - q;
+            const ptrdiff_t x = (axis->first + p) * step - line->place - q;
             const float weight = (float)line->weights[q - line->low];
             if (x >= 0 && x < samples)
                 for (int u = 0; u < B; u++)
@@ -34,13 +34,14 @@ static void turn(float *out, const float *in, int places, int B, int width)
             out[u * width + p] = in[p * B + u];
 }
 
-static int same_weights(const cvol_intermediate_line *a, const cvol_intermediate_line *b, long step)
+static int same_weights(const cvol_intermediate_line *a, const cvol_intermediate_line *b,
+                        ptrdiff_t step)
 {
     return (a->place - b->place) % step == 0 && a->low == b->low && a->high == b->high &&
            !memcmp(a->weights, b->weights, sizeof a->weights);
 }
 
-static long ceil_divide(long a, long b)
+static ptrdiff_t ceil_divide(ptrdiff_t a, ptrdiff_t b)
 {
     return a > 0 ? (a + b - 1) / b : -(-a / b);
 }
@@ -49,7 +50,7 @@ void cvol_tile_axis_make(cvol_tile_axis *axis, const cvol_compose_job *job, int 
                          size_t k)
 {
     const int B = job->baked->tile;
-    const long step = (long)job->image_grid->step;
+    const ptrdiff_t step = (ptrdiff_t)job->image_grid->step;
     const cvol_intermediate_line line = cvol_intermediate_line_make(job->image_grid, job->shape, a,
                                                                     k);
     const int made = axis->places > 0 && same_weights(&line, &axis->line, step);

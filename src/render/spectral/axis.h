@@ -8,7 +8,7 @@
  * are for whole tiles, and for the last one. `places` is 0 if there are none yet. */
 typedef struct cvol_tile_axis {
     cvol_intermediate_line line;
-    long first;
+    ptrdiff_t first;
     int places;
     float *whole, *last;
 } cvol_tile_axis;

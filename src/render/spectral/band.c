@@ -58,24 +58,24 @@ typedef struct tile_sheet {
     uint64_t multiply_adds;
 } tile_sheet;
 
-static int is_hidden(const tile_view *view, long x0, long x1, long y0, long y1)
+static int is_hidden(const tile_view *view, ptrdiff_t x0, ptrdiff_t x1, ptrdiff_t y0, ptrdiff_t y1)
 {
-    for (long y = y0 / CELL_HEIGHT; y <= (y1 - 1) / CELL_HEIGHT; y++)
-        for (long x = x0 / CELL_WIDTH; x <= (x1 - 1) / CELL_WIDTH; x++)
+    for (ptrdiff_t y = y0 / CELL_HEIGHT; y <= (y1 - 1) / CELL_HEIGHT; y++)
+        for (ptrdiff_t x = x0 / CELL_WIDTH; x <= (x1 - 1) / CELL_WIDTH; x++)
             if (!view->closed[(size_t)y * view->across + (size_t)x])
                 return 0;
     return 1;
 }
 
-static void close_cells(const tile_view *view, long begin, long end)
+static void close_cells(const tile_view *view, ptrdiff_t begin, ptrdiff_t end)
 {
     const size_t width = view->job->image_grid->dims[0];
-    for (long y = begin; y < end; y += CELL_HEIGHT)
+    for (ptrdiff_t y = begin; y < end; y += CELL_HEIGHT)
         for (size_t x = 0; x < view->across; x++) {
             uint8_t *cell = &view->closed[(size_t)(y / CELL_HEIGHT) * view->across + x];
             const size_t right = (x + 1) * CELL_WIDTH < width ? (x + 1) * CELL_WIDTH : width;
             int open = 0;
-            for (long row = y; row < y + CELL_HEIGHT && row < end && !*cell && !open; row++) {
+            for (ptrdiff_t row = y; row < y + CELL_HEIGHT && row < end && !*cell && !open; row++) {
                 const float *transmittance = view->picture[CVOL_PLANE_OPACITY] +
                                              (size_t)row * view->stride;
                 for (size_t i = x * CELL_WIDTH; i < right; i++)
@@ -104,11 +104,11 @@ static uint64_t count_tile(const cvol_tile_task *task, int places)
  * the tile's planes. */
 static void add_rows(const tile_view *view, tile_sheet *sheet, const tile_slice *slice,
                      cvol_array *const planes[CVOL_PLANES], int filled, size_t tx, size_t ty,
-                     long begin, int from, int to)
+                     ptrdiff_t begin, int from, int to)
 {
     const cvol_tile_axis *x = &slice->axes[0], *y = &slice->axes[1];
-    const long left = x->first + (long)tx * view->per_tile, right = left + x->places;
-    const long top = y->first + (long)ty * view->per_tile;
+    const ptrdiff_t left = x->first + (ptrdiff_t)tx * view->per_tile, right = left + x->places;
+    const ptrdiff_t top = y->first + (ptrdiff_t)ty * view->per_tile;
     const size_t index = tx + ty * view->tiles[0];
     for (int c = 0; c < CVOL_PLANES; c++) {
         if (!(filled >> c & 1))
@@ -126,12 +126,12 @@ static void add_rows(const tile_view *view, tile_sheet *sheet, const tile_slice 
                                      .from = from,
                                      .to = to,
                                      .out = sheet->planes[c] + (size_t)left +
-                                            (top - begin) * (long)view->stride,
+                                            (top - begin) * (ptrdiff_t)view->stride,
                                      .stride = view->stride};
         CVOL_SIMD_CHOOSE(cvol_tile_add)(&task);
         sheet->multiply_adds += count_tile(&task, x->places);
     }
-    for (long row = top + from; row < top + to; row++) {
+    for (ptrdiff_t row = top + from; row < top + to; row++) {
         int *span = sheet->spans[row - begin];
         span[0] = span[0] < (int)left ? span[0] : (int)left;
         span[1] = span[1] > (int)right ? span[1] : (int)right;
@@ -142,19 +142,20 @@ static void add_rows(const tile_view *view, tile_sheet *sheet, const tile_slice 
  * it is hidden: each row of cells on its own, so that bands do not matter. */
 static void add_tile(const tile_view *view, tile_sheet *sheet, const tile_slice *slice,
                      cvol_array *const planes[CVOL_PLANES], int filled, size_t tx, size_t ty,
-                     long begin, long end)
+                     ptrdiff_t begin, ptrdiff_t end)
 {
     const cvol_tile_axis *x = &slice->axes[0], *y = &slice->axes[1];
-    const long left = x->first + (long)tx * view->per_tile, right = left + x->places;
-    const long top = y->first + (long)ty * view->per_tile, bottom = top + y->places;
-    const long limit = (long)view->job->image_grid->dims[0], last = bottom < end ? bottom : end;
-    long first = top < begin ? begin : top; /* of the rows that are not yet added */
-    for (long row = first, next; row < last; row = next) {
+    const ptrdiff_t left = x->first + (ptrdiff_t)tx * view->per_tile, right = left + x->places;
+    const ptrdiff_t top = y->first + (ptrdiff_t)ty * view->per_tile, bottom = top + y->places;
+    const ptrdiff_t limit = (ptrdiff_t)view->job->image_grid->dims[0],
+                    last = bottom < end ? bottom : end;
+    ptrdiff_t first = top < begin ? begin : top; /* of the rows that are not yet added */
+    for (ptrdiff_t row = first, next; row < last; row = next) {
         next = (row / CELL_HEIGHT + 1) * CELL_HEIGHT;
         next = next < last ? next : last;
         const int hides = view->job->front &&
                           is_hidden(view, left, right < limit ? right : limit, row, next);
-        const long seen = hides ? row : next;
+        const ptrdiff_t seen = hides ? row : next;
         if ((hides || next == last) && first < seen)
             add_rows(view, sheet, slice, planes, filled, tx, ty, begin, (int)(first - top),
                      (int)(seen - top));
@@ -163,10 +164,10 @@ static void add_tile(const tile_view *view, tile_sheet *sheet, const tile_slice 
     }
 }
 
-static void composite(const tile_view *view, tile_sheet *sheet, long begin, long end)
+static void composite(const tile_view *view, tile_sheet *sheet, ptrdiff_t begin, ptrdiff_t end)
 {
     const cvol_compose_job *job = view->job;
-    for (long y = begin; y < end; y++) {
+    for (ptrdiff_t y = begin; y < end; y++) {
         int *span = sheet->spans[y - begin];
         if (span[0] >= span[1])
             continue;
@@ -195,8 +196,8 @@ static void composite(const tile_view *view, tile_sheet *sheet, long begin, long
 }
 
 /* Draws slices n .. n + count - 1 of a group, in rows begin .. end - 1. */
-static void draw_band(const tile_view *view, tile_sheet *sheet, size_t n, size_t count, long begin,
-                      long end)
+static void draw_band(const tile_view *view, tile_sheet *sheet, size_t n, size_t count,
+                      ptrdiff_t begin, ptrdiff_t end)
 {
     const cvol_compose_job *job = view->job;
     for (size_t i = 0; i < count; i++) {
@@ -206,7 +207,7 @@ static void draw_band(const tile_view *view, tile_sheet *sheet, size_t n, size_t
         if (!cvol_compose_has(job, k))
             continue;
         for (size_t ty = 0; ty < view->tiles[1]; ty++) {
-            const long top = slice->axes[1].first + (long)ty * view->per_tile;
+            const ptrdiff_t top = slice->axes[1].first + (ptrdiff_t)ty * view->per_tile;
             if (top >= end || top + slice->axes[1].places <= begin)
                 continue;
             const uint8_t *row = filled + ty * view->tiles[0];
@@ -285,7 +286,7 @@ static int draw(cvol_context *context, tile_view *view, tile_sheet *sheets)
 {
     const cvol_compose_job *job = view->job;
     const size_t slices = job->baked->slices;
-    const long rows = (long)job->image_grid->dims[1];
+    const ptrdiff_t rows = (ptrdiff_t)job->image_grid->dims[1];
     int code = CVOL_OK;
     for (size_t n = 0; n < slices && !code; n += GROUP) {
         const size_t left = slices - n, count = left < GROUP ? left : GROUP;
@@ -295,7 +296,8 @@ static int draw(cvol_context *context, tile_view *view, tile_sheet *sheets)
                                 cvol_compose_slice(job, n + i / 2));
 #pragma omp parallel for schedule(dynamic) num_threads(view->threads)
         for (int band = 0; band < view->bands; band++) {
-            const long begin = (long)band * view->band_rows, end = begin + view->band_rows;
+            const ptrdiff_t begin = (ptrdiff_t)band * view->band_rows,
+                            end = begin + view->band_rows;
             draw_band(view, &sheets[cvol_thread_index()], n, count, begin, end < rows ? end : rows);
         }
         code = cvol_report_progress(context, "compositing", (double)n / (double)slices);

@@ -62,9 +62,9 @@ int cvol_plane_reconstruct(cvol_context *context, cvol_array **out, const cvol_c
 /* ---- by samples ------------------------------------------------------------------------------ */
 
 /* The first of `count` samples that reach place p. */
-static long first_sample(const cvol_intermediate_line *line, double step, size_t p)
+static ptrdiff_t first_sample(const cvol_intermediate_line *line, double step, size_t p)
 {
-    return (long)((double)p * step) - line->place - line->high;
+    return (ptrdiff_t)((double)p * step) - line->place - line->high;
 }
 
 /* out[p] = sum of the samples n (stride floats apart), each with `width` adjacent floats. */
@@ -75,11 +75,11 @@ static void spread_line(float *out, size_t out_stride, const float *in, size_t i
     const int taps = line->high - line->low + 1;
     for (size_t p = 0; p < places; p++) {
         float *to = out + p * out_stride;
-        const long first = first_sample(line, step, p);
+        const ptrdiff_t first = first_sample(line, step, p);
         for (size_t x = 0; x < width; x++)
             to[x] = 0;
-        for (long t = 0; t < taps; t++) {
-            if (first + t < 0 || first + t >= (long)samples)
+        for (ptrdiff_t t = 0; t < taps; t++) {
+            if (first + t < 0 || first + t >= (ptrdiff_t)samples)
                 continue;
             const float weight = (float)line->weights[taps - 1 - t];
             const float *from = in + (size_t)(first + t) * in_stride;

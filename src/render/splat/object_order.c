@@ -77,7 +77,7 @@ int cvol_intermediate_grid_same(const cvol_intermediate_grid *a, const cvol_inte
 static cvol_intermediate_line line_at(const cvol_footprint_shape *shape, double start)
 {
     const double reach = shape->ux * cvol_footprint_reach(shape), fraction = start - floor(start);
-    cvol_intermediate_line out = {.place = (long)floor(start),
+    cvol_intermediate_line out = {.place = (ptrdiff_t)floor(start),
                                   .low = (int)ceil(fraction - reach),
                                   .high = (int)floor(fraction + reach)};
     double sum = 0;

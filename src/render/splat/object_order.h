@@ -37,7 +37,7 @@ int cvol_intermediate_grid_same(const cvol_intermediate_grid *a, const cvol_inte
  * samples, for q = low .. high; that is a place if the step divides it. Weights sum to 1. */
 #define CVOL_INTERMEDIATE_TAPS_MAX 256
 typedef struct cvol_intermediate_line {
-    long place;
+    ptrdiff_t place;
     int low, high;
     double weights[CVOL_INTERMEDIATE_TAPS_MAX];
 } cvol_intermediate_line;

@@ -3,6 +3,8 @@
 #ifndef CVOL_RENDER_VIEW_LIGHT_H
 #define CVOL_RENDER_VIEW_LIGHT_H
 
+#include <stddef.h>
+
 /* Directions are in the world, along three axes of the volume in the caller's order: towards the
  * eye, and towards the light. */
 typedef struct cvol_light {
@@ -20,7 +22,7 @@ typedef struct cvol_light {
     const float *factors;
     float scale[3], offset[3];
     int cells[3];
-    long stride[3];
+    ptrdiff_t stride[3];
 } cvol_light;
 
 #endif

@@ -49,11 +49,11 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
 {
     const sample_shape shape = find_shape(plan, lines);
     const size_t row_stride = shape.row_stride;
-    memory->row_stride = (long)row_stride;
-    memory->sheet_stride = (long)(shape.rows * row_stride);
+    memory->row_stride = (ptrdiff_t)row_stride;
+    memory->sheet_stride = (ptrdiff_t)(shape.rows * row_stride);
     const size_t samples = shape.rows * row_stride * shape.sheets;
     const int covered = plan->masked == CVOL_SHEET_SOME_VOID;
-    memory->cover_at = covered ? (long)samples : 0;
+    memory->cover_at = covered ? (ptrdiff_t)samples : 0;
     /* Additional rows at either end; lit groups of pixels also reach before the first row. */
     const size_t before = (size_t)plan->reach * row_stride +
                           (plan->lit && plan->image_order ? 2 * CVOL_SHEET_PAD : 0);
@@ -72,7 +72,7 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
                      (size_t)(lines + CVOL_TILE - 1) / CVOL_TILE, 1) ||
         !cvol_ensure(&memory->work, &memory->work_capacity, 1, sizeof *memory->work))
         return 0;
-    memory->samples = cvol_sample_at(plan, memory->allocated, (long)before);
+    memory->samples = cvol_sample_at(plan, memory->allocated, (ptrdiff_t)before);
     return !plan->lapped || cvol_lapped_prepare(&memory->lapped, plan);
 }
 
@@ -100,7 +100,7 @@ static void extend_faces(void *at, const cvol_band_memory *memory, const cvol_sh
               last_row = row + 1 == plan->blocks_row;
     const cvol_points_inside inside = cvol_points_inside_of(plan);
     const int rows = last_row ? inside.rows : points_row;
-    const long row_stride = memory->row_stride;
+    const ptrdiff_t row_stride = memory->row_stride;
     const cvol_lane_copies copies = cvol_lane_copies_of(plan);
     const size_t size = cvol_sample_size(plan),
                  bytes = size * (size_t)(points_lane + copies.left * left + copies.right * right);
@@ -151,7 +151,7 @@ static cvol_sheet_piece whole_piece(void *at, const cvol_band_memory *memory,
 static void make_samples(cvol_band_memory *memory, const cvol_sheet_frame *frame, void *out,
                          const cvol_cached_block *block)
 {
-    const long row_stride = memory->row_stride, sheet_stride = memory->sheet_stride;
+    const ptrdiff_t row_stride = memory->row_stride, sheet_stride = memory->sheet_stride;
     const size_t index = block->index;
     if (cvol_block_cache_take(&frame->cache, block, out, row_stride, sheet_stride))
         return;
@@ -175,8 +175,8 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
     const cvol_array *array = frame->array;
     const size_t index = cvol_sheet_block_index(plan, array, lane, row, at->layer);
     void *out = cvol_sample_at(plan, memory->samples,
-                               CVOL_SHEET_PAD + (long)lane * plan->points_lane +
-                                   (1 + (long)(row - at->first_row) * plan->points_row) *
+                               CVOL_SHEET_PAD + (ptrdiff_t)lane * plan->points_lane +
+                                   (1 + (ptrdiff_t)(row - at->first_row) * plan->points_row) *
                                        memory->row_stride);
     void *cover = cvol_sample_at(plan, out, memory->cover_at);
     const cvol_cached_block block = cvol_cached_block_of(&frame->cache, index, lane, row, at->layer,

@@ -37,8 +37,8 @@ struct cvol_band_memory {
     void *allocated;
     void *samples; /* of one layer: [slices][rows + 2][row_stride]; lapped: two slices more */
     int are_int16;
-    long row_stride, sheet_stride;
-    long cover_at;           /* see cvol_layer */
+    ptrdiff_t row_stride, sheet_stride;
+    ptrdiff_t cover_at;      /* see cvol_layer */
     cvol_layer_skip skip[2]; /* of layers, cyclically */
     uint8_t *seen;           /* for each row of blocks: 1 if part of it is visible */
     uint8_t *pending;        /* for each row of tiles: 1 if the layer before was drawn to its end */
@@ -57,9 +57,9 @@ static inline size_t cvol_sample_size(const cvol_sheet_plan *plan)
 }
 
 /* The sample `at` samples behind this one. */
-static inline void *cvol_sample_at(const cvol_sheet_plan *plan, void *samples, long at)
+static inline void *cvol_sample_at(const cvol_sheet_plan *plan, void *samples, ptrdiff_t at)
 {
-    return (char *)samples + at * (long)cvol_sample_size(plan);
+    return (char *)samples + at * (ptrdiff_t)cvol_sample_size(plan);
 }
 
 #endif

@@ -80,7 +80,7 @@ void cvol_band_prefetch(const cvol_sheet_frame *frame, const cvol_layer_skip *sk
 }
 
 void cvol_band_evaluate(cvol_band_memory *memory, const cvol_sheet_frame *frame, void *out,
-                        long sheet_stride, size_t index, const cvol_block_axes *axes)
+                        ptrdiff_t sheet_stride, size_t index, const cvol_block_axes *axes)
 {
     const cvol_array *array = frame->array;
     const cvol_block *block = &array->block_table[index];

@@ -43,6 +43,6 @@ void cvol_band_count_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
 
 /* Evaluates a block onto samples; slices as in axes->sheet_ends. */
 void cvol_band_evaluate(cvol_band_memory *memory, const cvol_sheet_frame *frame, void *out,
-                        long sheet_stride, size_t index, const cvol_block_axes *axes);
+                        ptrdiff_t sheet_stride, size_t index, const cvol_block_axes *axes);
 
 #endif

@@ -21,7 +21,7 @@ void cvol_block_cache_free(cvol_block_cache_memory *memory)
 }
 
 int cvol_block_cache_take(const cvol_block_cache *cache, const cvol_cached_block *block, void *out,
-                          long row_stride, long sheet_stride)
+                          ptrdiff_t row_stride, ptrdiff_t sheet_stride)
 {
     return cvol_block_store_take(cache->stored, block->index, out, row_stride, sheet_stride) ||
            (block->is_shared &&
@@ -30,7 +30,7 @@ int cvol_block_cache_take(const cvol_block_cache *cache, const cvol_cached_block
 }
 
 void cvol_block_cache_put(const cvol_block_cache *cache, const cvol_cached_block *block,
-                          const void *samples, long row_stride, long sheet_stride)
+                          const void *samples, ptrdiff_t row_stride, ptrdiff_t sheet_stride)
 {
     cvol_block_store_put(cache->stored, block->index, samples, row_stride, sheet_stride);
     if (block->is_shared)

@@ -50,10 +50,10 @@ static inline cvol_cached_block cvol_cached_block_of(const cvol_block_cache *cac
 
 /* Copies a block into a view's memory, strides in samples; 0 if it is not cached. */
 int cvol_block_cache_take(const cvol_block_cache *cache, const cvol_cached_block *block, void *out,
-                          long row_stride, long sheet_stride);
+                          ptrdiff_t row_stride, ptrdiff_t sheet_stride);
 /* Stores an evaluated block. Any number of threads may take and put. */
 void cvol_block_cache_put(const cvol_block_cache *cache, const cvol_cached_block *block,
-                          const void *samples, long row_stride, long sheet_stride);
+                          const void *samples, ptrdiff_t row_stride, ptrdiff_t sheet_stride);
 /* Prefetches a block that will soon be taken; 0 if it is not stored from an earlier picture. */
 int cvol_block_cache_prefetch(const cvol_block_cache *cache, size_t index);
 

@@ -49,7 +49,7 @@ void cvol_block_exchange_free(cvol_block_exchange *exchange)
 }
 
 int cvol_block_exchange_take(cvol_block_exchange *exchange, size_t place, size_t index, void *out,
-                             long row_stride, long sheet_stride)
+                             ptrdiff_t row_stride, ptrdiff_t sheet_stride)
 {
     if (!exchange)
         return 0;
@@ -69,7 +69,7 @@ int cvol_block_exchange_take(cvol_block_exchange *exchange, size_t place, size_t
 }
 
 void cvol_block_exchange_put(cvol_block_exchange *exchange, size_t place, size_t index,
-                             const void *samples, long row_stride, long sheet_stride)
+                             const void *samples, ptrdiff_t row_stride, ptrdiff_t sheet_stride)
 {
     if (!exchange)
         return;

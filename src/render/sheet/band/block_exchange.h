@@ -46,8 +46,8 @@ static inline size_t cvol_block_exchange_place(const cvol_block_exchange *exchan
 /* Copies block `index`, whose place is given, into a view's memory, strides in samples; 0 if it is
  * not there. `exchange` may be NULL. */
 int cvol_block_exchange_take(cvol_block_exchange *exchange, size_t place, size_t index, void *out,
-                             long row_stride, long sheet_stride);
+                             ptrdiff_t row_stride, ptrdiff_t sheet_stride);
 void cvol_block_exchange_put(cvol_block_exchange *exchange, size_t place, size_t index,
-                             const void *samples, long row_stride, long sheet_stride);
+                             const void *samples, ptrdiff_t row_stride, ptrdiff_t sheet_stride);
 
 #endif

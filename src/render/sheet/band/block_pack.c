@@ -17,16 +17,17 @@ size_t cvol_packed_block_bytes(const cvol_packed_block *shape)
 
 /* Copies lines of a `size` that is a constant at compile time. */
 static inline void copy_lines(char *out, const char *in, const cvol_packed_block *shape,
-                              size_t size, const long out_strides[2], const long in_strides[2])
+                              size_t size, const ptrdiff_t out_strides[2],
+                              const ptrdiff_t in_strides[2])
 {
-    for (long z = 0; z < shape->points[2]; z++)
-        for (long y = 0; y < shape->points[1]; y++)
+    for (ptrdiff_t z = 0; z < shape->points[2]; z++)
+        for (ptrdiff_t y = 0; y < shape->points[1]; y++)
             memcpy(out + y * out_strides[0] + z * out_strides[1],
                    in + y * in_strides[0] + z * in_strides[1], size);
 }
 
 static void copy(char *out, const char *in, const cvol_packed_block *shape,
-                 const long out_strides[2], const long in_strides[2])
+                 const ptrdiff_t out_strides[2], const ptrdiff_t in_strides[2])
 {
     const size_t size = shape->sample * (size_t)shape->points[0];
     switch (size) {
@@ -54,25 +55,26 @@ static void copy(char *out, const char *in, const cvol_packed_block *shape,
 }
 
 typedef struct byte_strides {
-    long tight[2], loose[2]; /* from row to row, from slice to slice */
+    ptrdiff_t tight[2], loose[2]; /* from row to row, from slice to slice */
 } byte_strides;
 
-static byte_strides strides_of(const cvol_packed_block *shape, long row_stride, long sheet_stride)
+static byte_strides strides_of(const cvol_packed_block *shape, ptrdiff_t row_stride,
+                               ptrdiff_t sheet_stride)
 {
-    const long size = (long)shape->sample, line = size * shape->points[0];
+    const ptrdiff_t size = (ptrdiff_t)shape->sample, line = size * shape->points[0];
     return (byte_strides){{line, line * shape->points[1]},
                           {size * row_stride, size * sheet_stride}};
 }
 
 void cvol_packed_block_put(char *block, const cvol_packed_block *shape, const void *samples,
-                           long row_stride, long sheet_stride)
+                           ptrdiff_t row_stride, ptrdiff_t sheet_stride)
 {
     const byte_strides by = strides_of(shape, row_stride, sheet_stride);
     copy(block, samples, shape, by.tight, by.loose);
 }
 
 void cvol_packed_block_take(void *samples, const char *block, const cvol_packed_block *shape,
-                            long row_stride, long sheet_stride)
+                            ptrdiff_t row_stride, ptrdiff_t sheet_stride)
 {
     const byte_strides by = strides_of(shape, row_stride, sheet_stride);
     copy(samples, block, shape, by.loose, by.tight);

@@ -16,8 +16,8 @@ size_t cvol_packed_block_bytes(const cvol_packed_block *shape);
 
 /* Stores samples, and copies them back into a view's memory; strides in samples. */
 void cvol_packed_block_put(char *block, const cvol_packed_block *shape, const void *samples,
-                           long row_stride, long sheet_stride);
+                           ptrdiff_t row_stride, ptrdiff_t sheet_stride);
 void cvol_packed_block_take(void *samples, const char *block, const cvol_packed_block *shape,
-                            long row_stride, long sheet_stride);
+                            ptrdiff_t row_stride, ptrdiff_t sheet_stride);
 
 #endif

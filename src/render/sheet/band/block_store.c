@@ -100,8 +100,8 @@ static char *find(const cvol_block_set *set, size_t index)
     return block == &being_made ? NULL : block;
 }
 
-int cvol_block_store_take(const cvol_block_set *set, size_t index, void *out, long row_stride,
-                          long sheet_stride)
+int cvol_block_store_take(const cvol_block_set *set, size_t index, void *out, ptrdiff_t row_stride,
+                          ptrdiff_t sheet_stride)
 {
     const char *block = find(set, index);
     if (!block)
@@ -110,8 +110,8 @@ int cvol_block_store_take(const cvol_block_set *set, size_t index, void *out, lo
     return 1;
 }
 
-void cvol_block_store_put(cvol_block_set *set, size_t index, const void *samples, long row_stride,
-                          long sheet_stride)
+void cvol_block_store_put(cvol_block_set *set, size_t index, const void *samples,
+                          ptrdiff_t row_stride, ptrdiff_t sheet_stride)
 {
     char *expected = NULL;
     if (!set || atomic_load_explicit(&set->all->full, memory_order_relaxed) ||

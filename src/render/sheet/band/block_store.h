@@ -40,11 +40,11 @@ void cvol_block_store_free(cvol_block_store *store);
 
 /* Copies block `index` into a view's memory, strides in samples; 0 if it is not stored. `set` may
  * be NULL. */
-int cvol_block_store_take(const cvol_block_set *set, size_t index, void *out, long row_stride,
-                          long sheet_stride);
+int cvol_block_store_take(const cvol_block_set *set, size_t index, void *out, ptrdiff_t row_stride,
+                          ptrdiff_t sheet_stride);
 /* Stores a copy if there is room. Any number of threads may take and put. */
-void cvol_block_store_put(cvol_block_set *set, size_t index, const void *samples, long row_stride,
-                          long sheet_stride);
+void cvol_block_store_put(cvol_block_set *set, size_t index, const void *samples,
+                          ptrdiff_t row_stride, ptrdiff_t sheet_stride);
 /* Prefetches a block that will soon be taken; 0 if it is not stored. */
 int cvol_block_store_prefetch(const cvol_block_set *set, size_t index);
 

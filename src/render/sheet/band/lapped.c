@@ -42,8 +42,8 @@ static void place_sheets(cvol_lapped_layer *layer, const cvol_band_memory *memor
                          const cvol_sheet_plan *plan)
 {
     const int points = plan->points_sheet, ascending = plan->ascending;
-    const long stride = memory->sheet_stride, way = step % 2 ? -1 : 1;
-    const long first_intersected = step % 2 ? points - 1 : 2;
+    const ptrdiff_t stride = memory->sheet_stride, way = step % 2 ? -1 : 1;
+    const ptrdiff_t first_intersected = step % 2 ? points - 1 : 2;
     layer->sheet_stride = ascending ? way * stride : -way * stride;
     layer->samples = cvol_sample_at(
         plan, memory->samples,
@@ -104,8 +104,8 @@ static void evaluate_cell(cvol_band_memory *memory, const cvol_sheet_frame *fram
     const cvol_band_layer *at = &layer->at;
     const cvol_sheet_plan *plan = frame->plan;
     void *out = cvol_sample_at(plan, layer->samples,
-                               CVOL_SHEET_PAD + (long)lane * plan->points_lane +
-                                   (1 + (long)(row - at->first_row) * plan->points_row) *
+                               CVOL_SHEET_PAD + (ptrdiff_t)lane * plan->points_lane +
+                                   (1 + (ptrdiff_t)(row - at->first_row) * plan->points_row) *
                                        memory->row_stride);
     cvol_block_axes axes = frame->axes;
     const size_t index = cvol_sheet_block_index(plan, frame->array, lane, row, at->layer);

@@ -67,9 +67,10 @@ typedef struct piece {
 static void *find_samples(const work *w, const cvol_lapped_layer *layer, size_t lane, size_t row,
                           int within, int sheet)
 {
-    const long line = 1 + (long)(row - layer->at.first_row) * w->plan->points_row + within;
+    const ptrdiff_t line = 1 + (ptrdiff_t)(row - layer->at.first_row) * w->plan->points_row +
+                           within;
     return cvol_sample_at(w->plan, layer->samples,
-                          CVOL_SHEET_PAD + (long)lane * w->plan->points_lane +
+                          CVOL_SHEET_PAD + (ptrdiff_t)lane * w->plan->points_lane +
                               line * w->memory->row_stride + sheet * layer->sheet_stride);
 }
 
@@ -141,8 +142,8 @@ void cvol_lapped_filter_lane(cvol_band_memory *memory, const cvol_sheet_frame *f
     }
 }
 
-static void filter_across(const work *w, void *const a[4], long stride, size_t cells, int lines,
-                          const float h[4])
+static void filter_across(const work *w, void *const a[4], ptrdiff_t stride, size_t cells,
+                          int lines, const float h[4])
 {
     const int columns = (int)cells * w->plan->points_lane;
     if (is_int16(w)) {
@@ -219,11 +220,11 @@ static void bound_cells(const work *w, const cvol_lapped_layer *layer, piece p, 
 /* Repeats the volume's outermost samples, as for plain blocks, and their cover, which lies `offset`
  * behind. Samples next to blocks that are not drawn are never read. */
 static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p, sheet_span sheets,
-                         long offset)
+                         ptrdiff_t offset)
 {
     const cvol_sheet_plan *plan = w->plan;
-    const long row_stride = w->memory->row_stride,
-               lanes = (long)plan->blocks_lane * plan->points_lane;
+    const ptrdiff_t row_stride = w->memory->row_stride,
+                    lanes = (ptrdiff_t)plan->blocks_lane * plan->points_lane;
     const cvol_points_inside inside = cvol_points_inside_of(plan);
     const int lanes_beyond = plan->points_lane - inside.lanes;
     const cvol_lane_copies copies = cvol_lane_copies_of(plan);

@@ -18,8 +18,8 @@ typedef struct cvol_lapped_layer {
     uint8_t *have;        /* [blocks_row][blocks_lane]: the evaluated parts of a block */
     uint8_t *seen;        /* for each row of blocks: 1 if any part is evaluated */
     void *samples;        /* of its lowest slice, in the band's memory; the next is */
-    long sheet_stride;    /* before or behind it */
-    cvol_layer drawn;     /* the view of the waiting slices */
+    ptrdiff_t sheet_stride; /* before or behind it */
+    cvol_layer drawn;       /* the view of the waiting slices */
     size_t have_capacity, seen_capacity;
 } cvol_lapped_layer;
 

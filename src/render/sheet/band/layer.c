@@ -258,9 +258,10 @@ static cvol_windows windows_of(const cvol_layer_skip *skip, const cvol_sheet_pla
                           .spread_at = (int)(2 * plan->blocks_row * (size_t)skip->windows)};
 }
 
-void cvol_layer_describe(cvol_layer *out, const void *samples, long row_stride, long sheet_stride,
-                         const cvol_layer_skip *skip, const cvol_layer_skip *before,
-                         const cvol_sheet_plan *plan, const cvol_band_layer *at)
+void cvol_layer_describe(cvol_layer *out, const void *samples, ptrdiff_t row_stride,
+                         ptrdiff_t sheet_stride, const cvol_layer_skip *skip,
+                         const cvol_layer_skip *before, const cvol_sheet_plan *plan,
+                         const cvol_band_layer *at)
 {
     const int count = (int)(at->z_end - at->z_begin);
     const int is_last = plan->ascending ? at->layer + 1 == plan->layers : at->layer == 0;
@@ -280,11 +281,11 @@ void cvol_layer_describe(cvol_layer *out, const void *samples, long row_stride, 
     out->windows_before = before ? windows_of(before, plan) : (cvol_windows){0};
     /* Row 0 of the samples lies before the buffer if the band does not reach it; kernels touch only
      * rows that the band's lines meet. */
-    const long row_0 = 1 - (long)at->first_row * plan->points_row;
+    const ptrdiff_t row_0 = 1 - (ptrdiff_t)at->first_row * plan->points_row;
     const double next = plan->ascending ? plan->pitch_sheet : -plan->pitch_sheet;
     for (int s = 0; s < out->sheet_count; s++) {
         const int of = s < count ? s : count - 1;
-        const long slice = plan->ascending ? of : count - 1 - of;
+        const ptrdiff_t slice = plan->ascending ? of : count - 1 - of;
         const size_t number = at->z_begin + (size_t)slice;
         const double z = cvol_sheet_place(plan, number) + (s - of) * next;
         cvol_sheet_view *sheet = &out->sheets[s];

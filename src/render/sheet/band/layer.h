@@ -18,9 +18,10 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, si
                     int line_begin, int line_end);
 
 /* `before`: the view of the layer that rays met before this one, NULL if unknown. */
-void cvol_layer_describe(cvol_layer *out, const void *samples, long row_stride, long sheet_stride,
-                         const cvol_layer_skip *skip, const cvol_layer_skip *before,
-                         const cvol_sheet_plan *plan, const cvol_band_layer *at);
+void cvol_layer_describe(cvol_layer *out, const void *samples, ptrdiff_t row_stride,
+                         ptrdiff_t sheet_stride, const cvol_layer_skip *skip,
+                         const cvol_layer_skip *before, const cvol_sheet_plan *plan,
+                         const cvol_band_layer *at);
 /* A layer without slices, behind the last one; sheets[0] has the place of the next slice. */
 void cvol_layer_describe_end(cvol_layer *out, const cvol_sheet_plan *plan);
 

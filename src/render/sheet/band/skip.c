@@ -77,9 +77,9 @@ void cvol_layer_skip_free(cvol_layer_skip *skip)
 /* Blocks of a row that window c, with its neighbour samples, overlaps: *first .. *last. */
 static void window_blocks(size_t *first, size_t *last, const cvol_sheet_plan *plan, int c)
 {
-    long points = plan->points_lane, begin = 16L * (c - 1) - cvol_sheet_reach(plan),
-         end = begin + 31 + 2 * cvol_sheet_reach(plan);
-    long final = (long)plan->blocks_lane - 1;
+    ptrdiff_t points = plan->points_lane, begin = 16L * (c - 1) - cvol_sheet_reach(plan),
+              end = begin + 31 + 2 * cvol_sheet_reach(plan);
+    ptrdiff_t final = (ptrdiff_t)plan->blocks_lane - 1;
     *first = begin <= 0 ? 0 : (size_t)(begin / points > final ? final : begin / points);
     *last = (size_t)(end / points > final ? final : end / points);
 }

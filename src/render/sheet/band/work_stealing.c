@@ -63,7 +63,7 @@ void cvol_work_stealing_tile(cvol_work_stealing *share, int thread, cvol_band *b
 int cvol_work_stealing_layer(cvol_work_stealing *share, int thread, const cvol_band *band)
 {
     const cvol_sheet_frame *frame = share->frame;
-    const long all = (long)frame->plan->height * (long)frame->plan->layers;
+    const ptrdiff_t all = (ptrdiff_t)frame->plan->height * (ptrdiff_t)frame->plan->layers;
     atomic_store_explicit(&share->bands[thread].worker.left, left_of(share, band),
                           memory_order_relaxed);
     if (atomic_load_explicit(&share->cancelled, memory_order_relaxed))

@@ -270,11 +270,11 @@ typedef struct cvol_intermediate {
 } cvol_intermediate;
 
 /* The position of pixel i of line j in an array with `floats` floats per pixel, for float k. */
-static inline size_t cvol_pixel_place(const cvol_intermediate *image, int floats, int k, long i,
-                                      long j)
+static inline size_t cvol_pixel_place(const cvol_intermediate *image, int floats, int k,
+                                      ptrdiff_t i, ptrdiff_t j)
 {
-    const long width = image->width, down = image->down, first = j / down * down;
-    const long at = down == 1 ? i : i / down * CVOL_GROUP + (j - first) * down + i % down;
+    const ptrdiff_t width = image->width, down = image->down, first = j / down * down;
+    const ptrdiff_t at = down == 1 ? i : i / down * CVOL_GROUP + (j - first) * down + i % down;
     return (size_t)((first * floats + k * down) * width + at);
 }
 
@@ -330,7 +330,7 @@ typedef struct cvol_sheet_linear {
 typedef struct cvol_sheet_view {
     const float *samples; /* sample s of row r: samples[first + r row_stride + s] */
     const int16_t *int16; /* the same as int16; the other is NULL */
-    long first;
+    ptrdiff_t first;
     int ordinal;                 /* in the order in which rays meet the slices */
     float front, back;           /* of the drawn part, in slices from this one, in ray direction */
     double lane_at, lane_step;   /* sample coordinate of pixel i: lane_at + i lane_step */
@@ -348,13 +348,14 @@ typedef struct cvol_layer {
     int sheet_count;
     cvol_int16_scale int16;
     cvol_sheet_view sheets[CVOL_BLOCK_MAX]; /* front to back */
-    long row_stride;
-    long cover_at; /* distance in memory between a sample and its cover (mask.h); 0: all have values
-                    */
-    int unit;      /* in parallel projection, pixels and samples are equally far apart */
-    int parts;     /* samples between slices */
-    int only;      /* the volume is one slice */
-    int bounded;   /* levels of windows bound their samples: cvol_extremes_bound */
+    ptrdiff_t row_stride;
+    ptrdiff_t
+        cover_at; /* distance in memory between a sample and its cover (mask.h); 0: all have values
+                   */
+    int unit;     /* in parallel projection, pixels and samples are equally far apart */
+    int parts;    /* samples between slices */
+    int only;     /* the volume is one slice */
+    int bounded;  /* levels of windows bound their samples: cvol_extremes_bound */
     const cvol_reconstruction_filter *wide; /* the plan's filter, */
     int reach; /* whose windows have this number of samples more; 0: linear */
     int perspective;
@@ -422,53 +423,56 @@ typedef void cvol_sheet_kernel(const cvol_layer *layer, const cvol_sheet_table *
 
 /* Evaluates a block onto the layer's samples. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_evaluate,
-                  (float *out, long row_stride, long sheet_stride, const cvol_block *block,
-                   const cvol_block_axes *axes, int block_log2, float step, cvol_block_work *work));
-typedef void cvol_sheet_evaluator(float *out, long row_stride, long sheet_stride,
+                  (float *out, ptrdiff_t row_stride, ptrdiff_t sheet_stride,
+                   const cvol_block *block, const cvol_block_axes *axes, int block_log2, float step,
+                   cvol_block_work *work));
+typedef void cvol_sheet_evaluator(float *out, ptrdiff_t row_stride, ptrdiff_t sheet_stride,
                                   const cvol_block *block, const cvol_block_axes *axes,
                                   int block_log2, float step, cvol_block_work *work);
 /* The same for int16 samples; and from 16^3 samples stored as floats. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_evaluate_int16,
-                  (int16_t * out, long row_stride, long sheet_stride, const cvol_block *block,
-                   const cvol_block_axes *axes, int block_log2, float step,
+                  (int16_t * out, ptrdiff_t row_stride, ptrdiff_t sheet_stride,
+                   const cvol_block *block, const cvol_block_axes *axes, int block_log2, float step,
                    const cvol_int16_scale *int16, cvol_block_work *work));
 CVOL_SIMD_DECLARE(void, cvol_sheet_copy_int16,
-                  (int16_t * out, long row_stride, long sheet_stride, const float *in,
-                   long in_row_stride, long in_sheet_stride, const cvol_int16_scale *int16));
+                  (int16_t * out, ptrdiff_t row_stride, ptrdiff_t sheet_stride, const float *in,
+                   ptrdiff_t in_row_stride, ptrdiff_t in_sheet_stride,
+                   const cvol_int16_scale *int16));
 
 /* Filters the four samples nearest to faces in place (transform/lap.h), a0 a1 | a2 a3:
  *     d = h (a1 - a2, a0 - a3),  a1 += d0,  a2 -= d0,  a0 += d1,  a3 -= d1.
  * Faces between lanes: `a2` is the first of `rows` rows in each of `sheets`. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_lap_lanes,
-                  (float *a2, long row_stride, long sheet_stride, int rows, int sheets,
+                  (float *a2, ptrdiff_t row_stride, ptrdiff_t sheet_stride, int rows, int sheets,
                    const float h[4]));
 /* Other faces: for each of the four, `lines` lines of `columns` samples, which lie `stride`
  * apart. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_lap_across,
-                  (float *const a[4], long stride, int columns, int lines, const float h[4]));
+                  (float *const a[4], ptrdiff_t stride, int columns, int lines, const float h[4]));
 /* The same for int16 samples. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_lap_lanes_int16,
-                  (int16_t * a2, long row_stride, long sheet_stride, int rows, int sheets,
+                  (int16_t * a2, ptrdiff_t row_stride, ptrdiff_t sheet_stride, int rows, int sheets,
                    const float h[4]));
 CVOL_SIMD_DECLARE(void, cvol_sheet_lap_across_int16,
-                  (int16_t *const a[4], long stride, int columns, int lines, const float h[4]));
+                  (int16_t *const a[4], ptrdiff_t stride, int columns, int lines,
+                   const float h[4]));
 /* Writes `background` where bits are set: row y of slice z has bits[z sheet_step + y row_step +
  * ...], 16 samples per word. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_fill_masked,
-                  (float *samples, long row_stride, long sheet_stride, int rows, int sheets,
-                   int lanes, const uint16_t *bits, int row_step, int sheet_step,
+                  (float *samples, ptrdiff_t row_stride, ptrdiff_t sheet_stride, int rows,
+                   int sheets, int lanes, const uint16_t *bits, int row_step, int sheet_step,
                    float background));
 CVOL_SIMD_DECLARE(void, cvol_sheet_fill_masked_int16,
-                  (int16_t * samples, long row_stride, long sheet_stride, int rows, int sheets,
-                   int lanes, const uint16_t *bits, int row_step, int sheet_step,
+                  (int16_t * samples, ptrdiff_t row_stride, ptrdiff_t sheet_stride, int rows,
+                   int sheets, int lanes, const uint16_t *bits, int row_step, int sheet_step,
                    int16_t background));
 /* Clamps samples to a range. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_clamp,
-                  (float *samples, long row_stride, long sheet_stride, int columns, int rows,
-                   int sheets, float lo, float hi));
+                  (float *samples, ptrdiff_t row_stride, ptrdiff_t sheet_stride, int columns,
+                   int rows, int sheets, float lo, float hi));
 CVOL_SIMD_DECLARE(void, cvol_sheet_clamp_int16,
-                  (int16_t * samples, long row_stride, long sheet_stride, int columns, int rows,
-                   int sheets, int16_t lo, int16_t hi));
+                  (int16_t * samples, ptrdiff_t row_stride, ptrdiff_t sheet_stride, int columns,
+                   int rows, int sheets, int16_t lo, int16_t hi));
 
 /* Draws the picture from the intermediate image's colour and transmittance by Catmull-Rom
  * interpolation, over the background. It overwrites the lines: they become pixels in place. */

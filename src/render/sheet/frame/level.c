@@ -549,7 +549,7 @@ void cvol_sheet_level_free(cvol_sheet_level *level)
 typedef float quad __attribute__((vector_size(16)));
 
 /* Transposes 4 x 4 samples. */
-static void transpose(float *out, long out_stride, const float *in, long in_stride)
+static void transpose(float *out, ptrdiff_t out_stride, const float *in, ptrdiff_t in_stride)
 {
     quad a, b, c, d;
     memcpy(&a, in, sizeof a);
@@ -564,26 +564,27 @@ static void transpose(float *out, long out_stride, const float *in, long in_stri
         memcpy(out + i * out_stride, &lines[i], sizeof lines[i]);
 }
 
-void cvol_sheet_level_copy(float *out, long row_stride, long sheet_stride, const float *from,
-                           size_t index, const cvol_sheet_plan *plan)
+void cvol_sheet_level_copy(float *out, ptrdiff_t row_stride, ptrdiff_t sheet_stride,
+                           const float *from, size_t index, const cvol_sheet_plan *plan)
 {
     const float *in = from + index * CVOL_LEVEL_BLOCK_SAMPLES;
     if (plan->axis_lane == 0) {
-        const long row = plan->axis_row == 1 ? SIDE : SIDE * SIDE, sheet = SIDE * SIDE * SIDE / row;
-        for (long z = 0; z < SIDE; z++)
-            for (long y = 0; y < SIDE; y++)
+        const ptrdiff_t row = plan->axis_row == 1 ? SIDE : SIDE * SIDE,
+                        sheet = SIDE * SIDE * SIDE / row;
+        for (ptrdiff_t z = 0; z < SIDE; z++)
+            for (ptrdiff_t y = 0; y < SIDE; y++)
                 memcpy(out + z * sheet_stride + y * row_stride, in + z * sheet + y * row,
                        SIDE * sizeof *out);
         return;
     }
-    for (long y = 0; y < SIDE; y++) /* lanes along y, rows along z, slices along x */
-        for (long z = 0; z < SIDE; z += 4)
-            for (long x = 0; x < SIDE; x += 4)
+    for (ptrdiff_t y = 0; y < SIDE; y++) /* lanes along y, rows along z, slices along x */
+        for (ptrdiff_t z = 0; z < SIDE; z += 4)
+            for (ptrdiff_t x = 0; x < SIDE; x += 4)
                 transpose(out + z * sheet_stride + y * row_stride + x, sheet_stride,
                           in + z + SIDE * (x + SIDE * y), SIDE);
 }
 
-void cvol_sheet_level_copy_int16(int16_t *out, long row_stride, long sheet_stride,
+void cvol_sheet_level_copy_int16(int16_t *out, ptrdiff_t row_stride, ptrdiff_t sheet_stride,
                                  const float *from, size_t index, const cvol_sheet_plan *plan)
 {
     float turned[CVOL_LEVEL_BLOCK_SAMPLES] __attribute__((aligned(64)));

@@ -40,10 +40,10 @@ void cvol_sheet_level_free(cvol_sheet_level *level);
 
 /* Copies block `index` into a view's memory: sample (lane, row, sheet) goes to out[lane + row
  * row_stride + sheet sheet_stride]. `from`: the level's samples or cover. */
-void cvol_sheet_level_copy(float *out, long row_stride, long sheet_stride, const float *from,
-                           size_t index, const cvol_sheet_plan *plan);
+void cvol_sheet_level_copy(float *out, ptrdiff_t row_stride, ptrdiff_t sheet_stride,
+                           const float *from, size_t index, const cvol_sheet_plan *plan);
 /* Samples in the plan's int16 format. */
-void cvol_sheet_level_copy_int16(int16_t *out, long row_stride, long sheet_stride,
+void cvol_sheet_level_copy_int16(int16_t *out, ptrdiff_t row_stride, ptrdiff_t sheet_stride,
                                  const float *from, size_t index, const cvol_sheet_plan *plan);
 
 #endif

@@ -33,7 +33,7 @@ float cvol_sheet_background(const cvol_array *array, const cvol_mask *mask);
  * the first of them at `at`. */
 typedef struct cvol_sheet_piece {
     void *at; /* floats, or the plan's int16 format */
-    long row_stride, sheet_stride;
+    ptrdiff_t row_stride, sheet_stride;
     int row, rows, sheet, sheets;
 } cvol_sheet_piece;
 

@@ -2,25 +2,25 @@
 #include "base/vector.h"
 #include "render/sheet/frame/frame.h"
 
-void CVOL_SIMD(cvol_sheet_evaluate)(float *out, long row_stride, long sheet_stride,
+void CVOL_SIMD(cvol_sheet_evaluate)(float *out, ptrdiff_t row_stride, ptrdiff_t sheet_stride,
                                     const cvol_block *block, const cvol_block_axes *axes,
                                     int block_log2, float step, cvol_block_work *work)
 {
     cvol_block_inverse(out, row_stride, sheet_stride, block, axes, block_log2, step, work);
 }
 
-void CVOL_SIMD(cvol_sheet_evaluate_int16)(int16_t *out, long row_stride, long sheet_stride,
-                                          const cvol_block *block, const cvol_block_axes *axes,
-                                          int block_log2, float step, const cvol_int16_scale *int16,
-                                          cvol_block_work *work)
+void CVOL_SIMD(cvol_sheet_evaluate_int16)(int16_t *out, ptrdiff_t row_stride,
+                                          ptrdiff_t sheet_stride, const cvol_block *block,
+                                          const cvol_block_axes *axes, int block_log2, float step,
+                                          const cvol_int16_scale *int16, cvol_block_work *work)
 {
     const cvol_block_out to = {out, row_stride, sheet_stride, 1, int16->offset};
     cvol_block_inverse_to(&to, block, axes, block_log2, step * int16->scale, work);
 }
 
-void CVOL_SIMD(cvol_sheet_copy_int16)(int16_t *out, long row_stride, long sheet_stride,
-                                      const float *in, long in_row_stride, long in_sheet_stride,
-                                      const cvol_int16_scale *int16)
+void CVOL_SIMD(cvol_sheet_copy_int16)(int16_t *out, ptrdiff_t row_stride, ptrdiff_t sheet_stride,
+                                      const float *in, ptrdiff_t in_row_stride,
+                                      ptrdiff_t in_sheet_stride, const cvol_int16_scale *int16)
 {
     for (int z = 0; z < 16; z++)
         for (int y = 0; y < 16; y++)

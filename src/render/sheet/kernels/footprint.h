@@ -112,12 +112,12 @@ typedef struct line_view {
 
 /* The windows of the row of blocks, or of the two, at sample coordinate r of a line, and their
  * levels; *y: the row of samples before it. */
-CVOL_INLINE const uint8_t *find_windows(const float **levels, long *y, const cvol_layer *layer,
+CVOL_INLINE const uint8_t *find_windows(const float **levels, ptrdiff_t *y, const cvol_layer *layer,
                                         const cvol_windows *windows, double r)
 {
     const int last = layer->block_rows * layer->row_points - 1;
-    *y = r < last + 1 ? (long)floor(r) : last;
-    const long from = *y - layer->reach, to = *y + 1 + layer->reach;
+    *y = r < last + 1 ? (ptrdiff_t)floor(r) : last;
+    const ptrdiff_t from = *y - layer->reach, to = *y + 1 + layer->reach;
     int low = from < 0 ? 0 : (int)from, high = to > last ? last : (int)to;
     low = low > last ? last : low;
     const int block_row = (int)((uint64_t)low * layer->row_points_inverse >> 32);
@@ -153,7 +153,7 @@ CVOL_INLINE void view_line(line_view *view, const cvol_layer *layer, const cvol_
     view->leave = leave < sheet->back ? leave : sheet->back;
     /* Rows -1 and one past the last exist as copies. */
     r = r < -1 ? -1 : r > last + 1 ? last + 1 : r;
-    long y;
+    ptrdiff_t y;
     view->windows = find_windows(
         &view->levels, &y, layer,
         sheet->is_of_previous_layer ? &layer->windows_before : &layer->windows, r);
@@ -233,14 +233,14 @@ static __attribute__((noinline)) void cut_groups(group_range *range, const cvol_
 }
 
 /* The window that 16 pixels from sample x on see. */
-CVOL_INLINE long window_of(long x)
+CVOL_INLINE ptrdiff_t window_of(ptrdiff_t x)
 {
     return x < -CVOL_GROUP ? 0 : (x + CVOL_GROUP) / CVOL_GROUP;
 }
 
 /* The linear footprint if pixels and samples have one pitch: four weights for all pixels. */
 typedef struct unit_footprint {
-    long x; /* sample left of pixel 0 */
+    ptrdiff_t x; /* sample left of pixel 0 */
     float near_left, near_right, far_left, far_right;
 } unit_footprint;
 
@@ -248,14 +248,15 @@ CVOL_INLINE unit_footprint make_unit_footprint(const line_view *view, const cvol
 {
     double whole = floor(sheet->lane_at);
     float right = (float)(sheet->lane_at - whole), left = 1 - right;
-    return (unit_footprint){.x = (long)whole,
+    return (unit_footprint){.x = (ptrdiff_t)whole,
                             .near_left = view->near_weight * left,
                             .near_right = view->near_weight * right,
                             .far_left = view->far_weight * left,
                             .far_right = view->far_weight * right};
 }
 
-CVOL_INLINE cvol_vf reconstruct_unit(const line_view *view, const unit_footprint *footprint, long x)
+CVOL_INLINE cvol_vf reconstruct_unit(const line_view *view, const unit_footprint *footprint,
+                                     ptrdiff_t x)
 {
     return footprint->near_left * load_samples(view->near + x) +
            footprint->near_right * load_samples(view->near + x + 1) +
@@ -267,7 +268,7 @@ CVOL_INLINE cvol_vf reconstruct_unit(const line_view *view, const unit_footprint
 CVOL_INLINE cvol_vf reconstruct_finer(const line_view *view, double position, double step)
 {
     double whole = floor(position);
-    const sheet_sample *near = view->near + (long)whole, *far = view->far + (long)whole;
+    const sheet_sample *near = view->near + (ptrdiff_t)whole, *far = view->far + (ptrdiff_t)whole;
     cvol_vf low = view->near_weight * load_samples(near) + view->far_weight * load_samples(far);
     cvol_vf high = view->near_weight * load_samples(near + CVOL_LANES) +
                    view->far_weight * load_samples(far + CVOL_LANES);
@@ -286,7 +287,8 @@ CVOL_INLINE cvol_vf mean_of(cvol_vf sum, cvol_vf cover)
 }
 
 CVOL_INLINE cvol_vf reconstruct_unit_masked(cvol_vf *cover, const line_view *view,
-                                            const unit_footprint *footprint, long x, long cover_at)
+                                            const unit_footprint *footprint, ptrdiff_t x,
+                                            ptrdiff_t cover_at)
 {
     const cvol_vf a = footprint->near_left * load_samples(view->near + cover_at + x),
                   b = footprint->near_right * load_samples(view->near + cover_at + x + 1),
@@ -299,16 +301,16 @@ CVOL_INLINE cvol_vf reconstruct_unit_masked(cvol_vf *cover, const line_view *vie
 }
 
 CVOL_INLINE cvol_vf reconstruct_finer_masked(cvol_vf *cover, const line_view *view, double position,
-                                             double step, long cover_at)
+                                             double step, ptrdiff_t cover_at)
 {
     const double whole = floor(position);
-    const sheet_sample *near = view->near + (long)whole, *far = view->far + (long)whole;
+    const sheet_sample *near = view->near + (ptrdiff_t)whole, *far = view->far + (ptrdiff_t)whole;
     const cvol_vf at = (float)(position - whole) + cvol_iota() * (float)step;
     const cvol_vi index = cvol_to_int(at);
     const cvol_vf fraction = at - cvol_to_float(index);
     cvol_vf sums[2], covers[2];
     for (int k = 0; k < 2; k++) {
-        const long i = k * CVOL_LANES;
+        const ptrdiff_t i = k * CVOL_LANES;
         const cvol_vf a = view->near_weight * load_samples(near + cover_at + i),
                       b = view->far_weight * load_samples(far + cover_at + i);
         covers[k] = a + b;

@@ -24,7 +24,7 @@ typedef struct wide_place {
     const float *at; /* the first sample left of the first pixel, in the row before the line */
     cvol_vf offset;  /* of pixels from it, in samples */
     int unit;        /* they are a sample apart */
-    long row_stride, cover_at;
+    ptrdiff_t row_stride, cover_at;
 } wide_place;
 
 CVOL_INLINE void find_wide_weights(float *weights, const cvol_reconstruction_filter *wide, float t)
@@ -49,8 +49,9 @@ CVOL_INLINE wide_place find_wide_place(const cvol_layer *layer, const float *nea
                                        double step)
 {
     const double whole = floor(position);
-    return (wide_place){near + (long)whole, (float)(position - whole) + cvol_iota() * (float)step,
-                        layer->unit, layer->row_stride, layer->cover_at};
+    return (wide_place){near + (ptrdiff_t)whole,
+                        (float)(position - whole) + cvol_iota() * (float)step, layer->unit,
+                        layer->row_stride, layer->cover_at};
 }
 
 /* Sample index[k] of adjacent samples. */

@@ -10,8 +10,8 @@ typedef float quad __attribute__((vector_size(16)));
 typedef double midpoints __attribute__((vector_size(16))); /* the same four, in pairs */
 
 /* The quad a0 a1 | a2 a3 and its mirror image have the differences w1 w0 -w0 -w1. */
-void CVOL_SIMD(cvol_sheet_lap_lanes)(float *a2, long row_stride, long sheet_stride, int rows,
-                                     int sheets, const float h[4])
+void CVOL_SIMD(cvol_sheet_lap_lanes)(float *a2, ptrdiff_t row_stride, ptrdiff_t sheet_stride,
+                                     int rows, int sheets, const float h[4])
 {
     const quad near = {h[3], h[0], h[0], h[3]}, far = {h[2], h[1], h[1], h[2]};
     for (int z = 0; z < sheets; z++)
@@ -41,10 +41,10 @@ CVOL_INLINE void store_up_to(float *to, cvol_vf v, int lanes)
         cvol_store_first(to, v, lanes);
 }
 
-void CVOL_SIMD(cvol_sheet_lap_across)(float *const a[4], long stride, int columns, int lines,
+void CVOL_SIMD(cvol_sheet_lap_across)(float *const a[4], ptrdiff_t stride, int columns, int lines,
                                       const float h[4])
 {
-    for (long line = 0; line < lines; line++)
+    for (ptrdiff_t line = 0; line < lines; line++)
         for (int i = 0; i < columns; i += CVOL_LANES) {
             float *at[4];
             for (int k = 0; k < 4; k++)
@@ -60,8 +60,8 @@ void CVOL_SIMD(cvol_sheet_lap_across)(float *const a[4], long stride, int column
         }
 }
 
-void CVOL_SIMD(cvol_sheet_clamp)(float *samples, long row_stride, long sheet_stride, int columns,
-                                 int rows, int sheets, float lo, float hi)
+void CVOL_SIMD(cvol_sheet_clamp)(float *samples, ptrdiff_t row_stride, ptrdiff_t sheet_stride,
+                                 int columns, int rows, int sheets, float lo, float hi)
 {
     for (int z = 0; z < sheets; z++)
         for (int r = 0; r < rows; r++)
@@ -92,8 +92,9 @@ CVOL_INLINE void lap_row(int16_t *a2, const float h[4])
     cvol_store_int16(a2 - 2, done, 4);
 }
 
-void CVOL_SIMD(cvol_sheet_lap_lanes_int16)(int16_t *a2, long row_stride, long sheet_stride,
-                                           int rows, int sheets, const float h[4])
+void CVOL_SIMD(cvol_sheet_lap_lanes_int16)(int16_t *a2, ptrdiff_t row_stride,
+                                           ptrdiff_t sheet_stride, int rows, int sheets,
+                                           const float h[4])
 {
 #if CVOL_LANES == 16
     const __m512 near = _mm512_broadcast_f32x4(_mm_setr_ps(h[3], h[0], h[0], h[3])),
@@ -120,10 +121,10 @@ void CVOL_SIMD(cvol_sheet_lap_lanes_int16)(int16_t *a2, long row_stride, long sh
     }
 }
 
-void CVOL_SIMD(cvol_sheet_lap_across_int16)(int16_t *const a[4], long stride, int columns,
+void CVOL_SIMD(cvol_sheet_lap_across_int16)(int16_t *const a[4], ptrdiff_t stride, int columns,
                                             int lines, const float h[4])
 {
-    for (long line = 0; line < lines; line++)
+    for (ptrdiff_t line = 0; line < lines; line++)
         for (int i = 0; i < columns; i += CVOL_LANES) {
             int16_t *at[4];
             for (int k = 0; k < 4; k++)
@@ -138,8 +139,9 @@ void CVOL_SIMD(cvol_sheet_lap_across_int16)(int16_t *const a[4], long stride, in
         }
 }
 
-void CVOL_SIMD(cvol_sheet_clamp_int16)(int16_t *samples, long row_stride, long sheet_stride,
-                                       int columns, int rows, int sheets, int16_t lo, int16_t hi)
+void CVOL_SIMD(cvol_sheet_clamp_int16)(int16_t *samples, ptrdiff_t row_stride,
+                                       ptrdiff_t sheet_stride, int columns, int rows, int sheets,
+                                       int16_t lo, int16_t hi)
 {
     for (int z = 0; z < sheets; z++)
         for (int r = 0; r < rows; r++) {

@@ -12,9 +12,9 @@ CVOL_INLINE cvol_vi lane_bits(int first)
     return bits;
 }
 
-void CVOL_SIMD(cvol_sheet_fill_masked)(float *samples, long row_stride, long sheet_stride, int rows,
-                                       int sheets, int lanes, const uint16_t *bits, int row_step,
-                                       int sheet_step, float background)
+void CVOL_SIMD(cvol_sheet_fill_masked)(float *samples, ptrdiff_t row_stride, ptrdiff_t sheet_stride,
+                                       int rows, int sheets, int lanes, const uint16_t *bits,
+                                       int row_step, int sheet_step, float background)
 {
     for (int z = 0; z < sheets; z++)
         for (int y = 0; y < rows; y++)
@@ -36,9 +36,10 @@ void CVOL_SIMD(cvol_sheet_fill_masked)(float *samples, long row_stride, long she
             }
 }
 
-void CVOL_SIMD(cvol_sheet_fill_masked_int16)(int16_t *samples, long row_stride, long sheet_stride,
-                                             int rows, int sheets, int lanes, const uint16_t *bits,
-                                             int row_step, int sheet_step, int16_t background)
+void CVOL_SIMD(cvol_sheet_fill_masked_int16)(int16_t *samples, ptrdiff_t row_stride,
+                                             ptrdiff_t sheet_stride, int rows, int sheets,
+                                             int lanes, const uint16_t *bits, int row_step,
+                                             int sheet_step, int16_t background)
 {
     for (int z = 0; z < sheets; z++)
         for (int y = 0; y < rows; y++)

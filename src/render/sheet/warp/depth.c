@@ -27,12 +27,12 @@ static double interpolate(const cvol_intermediate *image, double u, double v)
 {
     if (!(u > -1 && v > -1 && u < image->width && v < image->height))
         return INFINITY;
-    const long x = (long)floor(u), y = (long)floor(v);
+    const ptrdiff_t x = (ptrdiff_t)floor(u), y = (ptrdiff_t)floor(v);
     const double s = u - (double)x, t = v - (double)y;
     double weights[4] = {0}, most = 0, opacity = 0, sum = 0, whole = 0;
     float places[4], nearest = INFINITY;
     for (int k = 0; k < 4; k++) {
-        const long i = x + k % 2, j = y + k / 2;
+        const ptrdiff_t i = x + k % 2, j = y + k / 2;
         places[k] = INFINITY;
         if (i < 0 || j < 0 || i >= image->width || j >= image->height)
             continue;

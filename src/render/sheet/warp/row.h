@@ -13,7 +13,7 @@
 /* The intermediate image in the warp's form: pixels of four floats. */
 typedef struct cvol_warp_source {
     const float *pixels;
-    long stride; /* floats from line to line */
+    ptrdiff_t stride; /* floats from line to line */
     int width, height;
     const int *reach; /* [height][2]: the span of lines j - 1 .. j + 2 that is not empty: from, up
                          to; none if from is more than up to */

@@ -41,14 +41,14 @@ static void find_filled(int *begin, int *end, const float *pixels, int width, pi
 static void interleave(const cvol_intermediate *image, float *restrict scratch, int j,
                        pixel_values empty)
 {
-    const long width = image->width, down = image->down;
+    const ptrdiff_t width = image->width, down = image->down;
     float *restrict lines = image->lines + CVOL_LINES * j * width;
     memcpy(scratch, lines, 4 * sizeof *lines * (size_t)(width * down));
-    for (long row = 0; row < down; row++) {
+    for (ptrdiff_t row = 0; row < down; row++) {
         float *out = lines + CVOL_LINES * row * width;
         const float *from = scratch + row * down;
-        for (long i = 0; i < width; i++) {
-            const long at = down == 1 ? i : i / CVOL_SQUARE * CVOL_GROUP + i % CVOL_SQUARE;
+        for (ptrdiff_t i = 0; i < width; i++) {
+            const ptrdiff_t at = down == 1 ? i : i / CVOL_SQUARE * CVOL_GROUP + i % CVOL_SQUARE;
             for (int k = 0; k < 4; k++)
                 out[4 * i + k] = from[k * down * width + at];
         }
@@ -120,7 +120,7 @@ static float mean_of_near(int *intersected, const cvol_warp_source *source, doub
         const int x = left - 1 + k % 4, y = top - 1 + k / 4;
         if (x < 0 || x >= source->width || y < 0 || y >= source->height)
             continue;
-        const float *pixel = source->pixels + y * source->stride + 4 * (long)x;
+        const float *pixel = source->pixels + y * source->stride + 4 * (ptrdiff_t)x;
         const double across = u - x, down = v - y, away = across * across + down * down;
         const float share = pixel[1] > 0 ? (float)exp(-4 * away) : 0;
         sum += share * pixel[0];
@@ -288,9 +288,10 @@ static void copy_line(cvol_image *image, int y, const cvol_intermediate *interme
                       const cvol_sheet_plan *plan, const pixel_writer *writer)
 {
     float values[4 * CVOL_WARP_CHUNK] __attribute__((aligned(64)));
-    const long stride = (long)intermediate->width * intermediate->down;
+    const ptrdiff_t stride = (ptrdiff_t)intermediate->width * intermediate->down;
     const int way = plan->warp[0][1] < 0 ? -1 : 1;
-    const long line = (long)((plan->warp[1][0] + y * plan->warp[1][2] - plan->v0) / plan->dv + 0.5);
+    const ptrdiff_t line =
+        (ptrdiff_t)((plan->warp[1][0] + y * plan->warp[1][2] - plan->v0) / plan->dv + 0.5);
     int begin, end;
     cvol_warp_pixels(&begin, &end, plan, y, image->width);
     if (begin >= end)
@@ -298,9 +299,9 @@ static void copy_line(cvol_image *image, int y, const cvol_intermediate *interme
     const float *row = intermediate->lines + cvol_pixel_place(intermediate, CVOL_LINES, 0, 0, line);
     for (int first = begin; first < end; first += CVOL_WARP_CHUNK) {
         const int count = end - first < CVOL_WARP_CHUNK ? end - first : CVOL_WARP_CHUNK;
-        const long start = (long)((plan->warp[0][0] - plan->u0) / plan->du) + way * first;
+        const ptrdiff_t start = (ptrdiff_t)((plan->warp[0][0] - plan->u0) / plan->du) + way * first;
         for (int i = 0; i < count; i++) {
-            const unsigned long at = (unsigned long)(start + way * i);
+            const size_t at = (size_t)(start + way * i);
             const float *from = row + at / CVOL_SQUARE * CVOL_GROUP + at % CVOL_SQUARE;
             for (int k = 0; k < 4; k++)
                 values[4 * i + k] = from[k * stride];
@@ -322,7 +323,7 @@ static void warp(cvol_image *image, cvol_intermediate *intermediate, const cvol_
     float *scratch = intermediate->scratch;
     int *reach = intermediate->spans + 2 * height;
     cvol_warp_source source = {.pixels = intermediate->lines,
-                               .stride = CVOL_LINES * (long)width,
+                               .stride = CVOL_LINES * (ptrdiff_t)width,
                                .width = width,
                                .height = height,
                                .reach = reach};

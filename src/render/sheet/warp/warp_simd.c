@@ -44,7 +44,7 @@ CVOL_INLINE cvol_pixel_f sample(const cvol_warp_source *source, int x, int y, fl
         return cvol_pixel_load(source->pixels + y * source->stride + 4L * x);
     float down[4], edge[4 * WINDOW];
     const float *from = edge;
-    long stride = WINDOW;
+    ptrdiff_t stride = WINDOW;
     if (x >= 1 && y >= 1 && x + 2 < source->width && y + 2 < source->height) {
         stride = source->stride;
         from = source->pixels + (y - 1) * stride + 4L * (x - 1);

@@ -78,7 +78,7 @@ CVOL_INLINE cvol_vf reconstruct_there(const line_job *job, const sheet_line *she
     view.mixed = !is_there_image_order(job, sheet, group);
     return reconstruct(job, &view, group, k, unit);
 #else
-    const long window = window_of(lane_sample(sheet, group, unit));
+    const ptrdiff_t window = window_of(lane_sample(sheet, group, unit));
     return sheet->view.windows[window] & CVOL_WINDOW_SEEN ? reconstruct(job, sheet, group, k, unit)
                                                           : cvol_splat(NAN);
 #endif
@@ -87,7 +87,7 @@ CVOL_INLINE cvol_vf reconstruct_there(const line_job *job, const sheet_line *she
 /* For part k of a group. */
 CVOL_INLINE float *kept_between(const line_job *job, int index, int group, int k)
 {
-    return job->line->between + (long)index * job->line->width + group * CVOL_GROUP +
+    return job->line->between + (ptrdiff_t)index * job->line->width + group * CVOL_GROUP +
            k * CVOL_LANES;
 }
 
@@ -111,7 +111,7 @@ CVOL_INLINE cvol_vf find_between(const line_job *job, int s, int part, int group
     cvol_vf start;
     if (s > 0) {
         sheet_line before = *view;
-        const long offset = job->layer->sheets[s - 1].first - job->layer->sheets[s].first;
+        const ptrdiff_t offset = job->layer->sheets[s - 1].first - job->layer->sheets[s].first;
 #if SHEET_IMAGE_ORDER
         before.origin += offset;
         before.windows = job->sheets[s - 1].windows;

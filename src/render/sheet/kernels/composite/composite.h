@@ -192,7 +192,7 @@ CVOL_INLINE void draw_end(group_state *g, const line_job *job, int s, int group,
     (void)unit;
     (void)has_void;
 #else
-    const long x = lane_sample(sheet, group, unit);
+    const ptrdiff_t x = lane_sample(sheet, group, unit);
     const int masked = has_void && sheet->view.windows[window_of(x)] & CVOL_WINDOW_MASKED;
     const cvol_vf level = to_table(job, cvol_splat(sheet->view.levels[window_of(x)]));
 #endif
@@ -234,7 +234,7 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
     const cvol_layer *layer = job->layer;
     const sheet_line *sheet = &job->sheets[s];
     const double step = sheet->lane_step;
-    const long x = lane_sample(sheet, group, unit);
+    const ptrdiff_t x = lane_sample(sheet, group, unit);
     const int masked = !SHEET_IMAGE_ORDER && has_void &&
                        sheet->view.windows[window_of(x)] & CVOL_WINDOW_MASKED;
     const int inside = is_inside(sheet, group);

@@ -138,7 +138,7 @@ CVOL_INLINE __m512i reconstruct_int16(const int16_job *c, int s, int group, int 
     const int32_t *w = c->weights[s];
     const __m512i near_left = _mm512_set1_epi32(w[0]), far_left = _mm512_set1_epi32(w[2]);
     if (unit) {
-        const long i = (long)group * CVOL_GROUP;
+        const ptrdiff_t i = (ptrdiff_t)group * CVOL_GROUP;
         const __m512i near_right = _mm512_set1_epi32(w[1]), far_right = _mm512_set1_epi32(w[3]);
         return _mm512_add_epi16(
             weigh_rows(sheet->near + i, sheet->far + i, near_left, far_left),
@@ -149,7 +149,7 @@ CVOL_INLINE __m512i reconstruct_int16(const int16_job *c, int s, int group, int 
                                          1);
     const double position = sheet->lane_at + (double)(group * CVOL_GROUP) * sheet->lane_step;
     const double whole = floor(position);
-    const int16_t *near = sheet->near + (long)whole, *far = sheet->far + (long)whole;
+    const int16_t *near = sheet->near + (ptrdiff_t)whole, *far = sheet->far + (ptrdiff_t)whole;
     const __m512i low = weigh_rows(near, far, near_left, far_left),
                   high = weigh_rows(near + PAIR_LANES, far + PAIR_LANES, near_left, far_left);
     const __m512i from = _mm512_set1_epi32((int32_t)((position - whole) * 65536));

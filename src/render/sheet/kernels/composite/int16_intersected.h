@@ -12,7 +12,7 @@ CVOL_INLINE __m512i find_window_numbers(int *base, const sheet_line *sheet, int 
     if (unit) {
         x = _mm512_add_epi32(
             _mm512_slli_epi32((__m512i)cvol_to_int(cvol_iota()), 4),
-            _mm512_set1_epi32((int)(sheet->footprint.x + (long)group * CVOL_GROUP)));
+            _mm512_set1_epi32((int)(sheet->footprint.x + (ptrdiff_t)group * CVOL_GROUP)));
     } else {
         const __m512d step = _mm512_set1_pd(CVOL_GROUP * sheet->lane_step),
                       first = _mm512_set1_pd(sheet->lane_at +

@@ -152,10 +152,10 @@ CVOL_INLINE void view_sheet(sheet_line *out, const line_job *job, const cvol_she
     set_groups(out, layer, &range);
 }
 
-CVOL_INLINE long lane_sample(const sheet_line *sheet, int group, int unit)
+CVOL_INLINE ptrdiff_t lane_sample(const sheet_line *sheet, int group, int unit)
 {
     return unit ? sheet->footprint.x + group * CVOL_GROUP
-                : (long)floor(sheet->lane_at + group * CVOL_GROUP * sheet->lane_step);
+                : (ptrdiff_t)floor(sheet->lane_at + group * CVOL_GROUP * sheet->lane_step);
 }
 
 /* Finds the state of groups begin .. end - 1 of a run on one slice. */
@@ -166,7 +166,7 @@ CVOL_INLINE void find_sheet(line_job *job, int s, int begin, int end, int unit)
     const uint32_t bit = UINT32_C(1) << s;
     int group = begin;
     for (; group < end; group++) { /* until windows are consecutive */
-        const long x = lane_sample(sheet, group, unit);
+        const ptrdiff_t x = lane_sample(sheet, group, unit);
         if (unit && x >= -CVOL_GROUP)
             break;
         const uint32_t seen = sheet->view.windows[window_of(x)] & CVOL_WINDOW_SEEN;
@@ -227,14 +227,15 @@ CVOL_INLINE int find_level_before(float *level, float *spread, const line_job *j
     const cvol_sheet_view *sheet = &layer->sheets[s];
     const int i = group * CVOL_GROUP, j = job->line->number;
     const double position = sheet->lane_at + i * sheet->lane_step;
-    const long x = (long)floor(position - (sheet->lane_rate[0] + i * sheet->lane_rate[1]));
+    const ptrdiff_t x = (ptrdiff_t)floor(position -
+                                         (sheet->lane_rate[0] + i * sheet->lane_rate[1]));
     const cvol_windows *windows = sheet->is_first || sheet->is_of_previous_layer
                                       ? &layer->windows_before
                                       : &layer->windows;
     if (!windows->count || (sheet->is_first && sheet->is_of_previous_layer))
         return 0;
     const float *levels;
-    long y;
+    ptrdiff_t y;
     const uint8_t *bits = find_windows(&levels, &y, layer, windows,
                                        sheet->row_at + j * sheet->row_step -
                                            (sheet->row_rate[0] + j * sheet->row_rate[1]));
@@ -256,11 +257,11 @@ CVOL_INLINE cvol_vf reconstruct_widely(const line_job *job, const sheet_line *sh
 
 /* The same if samples may have no value, `offset` before or behind the slice's in memory. */
 CVOL_INLINE cvol_vf reconstruct_widely_masked(cvol_vf *cover, const line_job *job,
-                                              const sheet_line *sheet, long offset, int group,
+                                              const sheet_line *sheet, ptrdiff_t offset, int group,
                                               int k, int unit)
 {
     const cvol_layer *layer = job->layer;
-    const long i = group * CVOL_GROUP + k * CVOL_LANES;
+    const ptrdiff_t i = group * CVOL_GROUP + k * CVOL_LANES;
     const double step = sheet->lane_step, position = sheet->lane_at + (double)i * step;
     line_view view = sheet->view;
     view.near += offset;
@@ -278,7 +279,7 @@ CVOL_INLINE cvol_vf reconstruct_widely_masked(cvol_vf *cover, const line_job *jo
 CVOL_INLINE cvol_vf reconstruct(const line_job *job, const sheet_line *sheet, int group, int k,
                                 int unit)
 {
-    const long i = group * CVOL_GROUP + k * CVOL_LANES;
+    const ptrdiff_t i = group * CVOL_GROUP + k * CVOL_LANES;
     const float *w = sheet->weights;
 #if SHEET_IMAGE_ORDER
     return sample_to_table(job, reconstruct_image_order(job, sheet, (int)i));
@@ -295,7 +296,7 @@ CVOL_INLINE cvol_vf reconstruct(const line_job *job, const sheet_line *sheet, in
                w[3] * load_samples(sheet->far + i + 1);
     const double step = sheet->lane_step, position = sheet->lane_at + (double)i * step;
     const double whole = floor(position);
-    const sheet_sample *near = sheet->near + (long)whole, *far = sheet->far + (long)whole;
+    const sheet_sample *near = sheet->near + (ptrdiff_t)whole, *far = sheet->far + (ptrdiff_t)whole;
     const cvol_vf low = w[0] * load_samples(near) + w[2] * load_samples(far);
     const cvol_vf high = w[0] * load_samples(near + CVOL_LANES) +
                          w[2] * load_samples(far + CVOL_LANES);

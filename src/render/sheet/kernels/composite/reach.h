@@ -18,7 +18,7 @@ static __attribute__((noinline)) float sample_reach(const cvol_light *light, flo
 {
     const float place[3] = {lane, row, slice}, *from = light->factors;
     float part[3];
-    long next[3];
+    ptrdiff_t next[3];
     for (int k = 0; k < 3; k++) {
         const float last = (float)(light->cells[k] - 1);
         float at = place[k] * light->scale[k] + light->offset[k];
@@ -33,7 +33,7 @@ static __attribute__((noinline)) float sample_reach(const cvol_light *light, flo
     float edge[2][2];
     for (int l = 0; l < 2; l++)
         for (int r = 0; r < 2; r++) {
-            const long corner = l * next[0] + r * next[1];
+            const ptrdiff_t corner = l * next[0] + r * next[1];
             edge[l][r] = from[corner] + part[2] * (far[corner] - from[corner]);
         }
     const float left = edge[0][0] + part[1] * (edge[0][1] - edge[0][0]),
@@ -53,8 +53,8 @@ CVOL_INLINE cvol_vf reach_of_pixels(const line_job *job, int s, int i)
         return cvol_splat(1);
     const cvol_sheet_view *view = &job->layer->sheets[s < 0 ? 0 : s];
     const double by = s < 0 ? s : 0;
-    const long first_column = column_of(i), line = job->line->number + line_of(i),
-               first_line = line - line % REACH_STEP;
+    const ptrdiff_t first_column = column_of(i), line = job->line->number + line_of(i),
+                    first_line = line - line % REACH_STEP;
     float corners[2][2]; /* [line][column] */
     for (int k = 0; k < 4; k++) {
         const double x = (double)(first_column + REACH_STEP * (k & 1)),

@@ -19,7 +19,7 @@ typedef struct slope {
 CVOL_INLINE slope find_slope(const line_job *job, const sheet_line *sheet, int group, int k,
                              int unit)
 {
-    const long i = group * CVOL_GROUP + k * CVOL_LANES, row = job->layer->row_stride;
+    const ptrdiff_t i = group * CVOL_GROUP + k * CVOL_LANES, row = job->layer->row_stride;
     const float *w = sheet->weights;
     slope out;
 #if SHEET_EXTRAS
@@ -50,8 +50,8 @@ CVOL_INLINE slope find_slope(const line_job *job, const sheet_line *sheet, int g
     const cvol_vf fraction = at - cvol_to_float(index);
     cvol_vf lanes[2], rows[2];
     for (int half = 0; half < 2; half++) {
-        const float *near = sheet->near + (long)whole + half * CVOL_LANES;
-        const float *far = sheet->far + (long)whole + half * CVOL_LANES;
+        const float *near = sheet->near + (ptrdiff_t)whole + half * CVOL_LANES;
+        const float *far = sheet->far + (ptrdiff_t)whole + half * CVOL_LANES;
         lanes[half] = w[0] * (cvol_load(near + 1) - cvol_load(near - 1)) +
                       w[2] * (cvol_load(far + 1) - cvol_load(far - 1));
         rows[half] = w[0] * (cvol_load(far) - cvol_load(near - row)) +
@@ -81,7 +81,7 @@ CVOL_COLD slope find_slope_masked(const line_job *job, const sheet_line *sheet, 
     const cvol_layer *layer = job->layer;
     const double step = sheet->lane_step;
     const double position = sheet->lane_at + (group * CVOL_GROUP + k * CVOL_LANES) * step;
-    const long x = sheet->footprint.x + group * CVOL_GROUP + k * CVOL_LANES;
+    const ptrdiff_t x = sheet->footprint.x + group * CVOL_GROUP + k * CVOL_LANES;
     cvol_vf value[5], cover[5]; /* here, lanes after and before, rows after and before */
     for (int n = 0; n < 5; n++) {
         const int lane = n == 1 ? 1 : n == 2 ? -1 : 0, row = n == 3 ? 1 : n == 4 ? -1 : 0;

@@ -47,7 +47,7 @@ CVOL_INLINE image_order_place place_int16(const int16_job *c, const sheet_line *
                                    _mm512_set1_epi32(v0 - v_before + further * c->steps[1]));
     }
     return (image_order_place){
-        .from = sheet->origin + (long)y0 * c->job->layer->row_stride + (long)x0,
+        .from = sheet->origin + (ptrdiff_t)y0 * c->job->layer->row_stride + (ptrdiff_t)x0,
         .column = (int)x0,
         .line = (int)y0,
         .lane = _mm512_permutex2var_epi16(u[0], odd, u[1]),
@@ -77,7 +77,8 @@ CVOL_INLINE __m128i level_int16(const cvol_layer *layer, const float *levels)
 CVOL_INLINE __m512i find_level_int16(const cvol_layer *layer, const cvol_windows *windows, int c0,
                                      int r0, int r1)
 {
-    const long at = (long)r0 * windows->count + c0, next = (long)r1 * windows->count + c0;
+    const ptrdiff_t at = (ptrdiff_t)r0 * windows->count + c0,
+                    next = (ptrdiff_t)r1 * windows->count + c0;
     const int across = r1 > r0;
     const float *across_level = across ? windows->across_level : windows->within_level;
     const uint8_t *across_flags = across ? windows->across : windows->within;
@@ -161,7 +162,7 @@ typedef struct around_int16 {
 } around_int16;
 
 /* 32 samples, or their means with the samples of another slice, `other` further in memory. */
-CVOL_INLINE __m512i load_row(const int16_t *from, long other)
+CVOL_INLINE __m512i load_row(const int16_t *from, ptrdiff_t other)
 {
     return other ? _mm512_avg_epu16(cvol_load_32_int16(from), cvol_load_32_int16(from + other))
                  : cvol_load_32_int16(from);
@@ -169,8 +170,8 @@ CVOL_INLINE __m512i load_row(const int16_t *from, long other)
 
 /* Takes samples from their rows, one row after the other, if the samples of a row lie within 32, or
  * within 64 (`wide`). */
-CVOL_INLINE around_int16 take_rows(const image_order_place *at, long stride, int rows, int wide,
-                                   long other)
+CVOL_INLINE around_int16 take_rows(const image_order_place *at, ptrdiff_t stride, int rows,
+                                   int wide, ptrdiff_t other)
 {
     const __m512i left = at->lane, right = _mm512_add_epi16(left, _mm512_set1_epi16(1));
     around_int16 out = {_mm512_setzero_si512(), _mm512_setzero_si512(), _mm512_setzero_si512(),
@@ -207,7 +208,8 @@ typedef struct four_rows {
 } four_rows;
 
 /* From row `from` on; rows behind the last repeat it. */
-CVOL_INLINE four_rows load_four_rows(const image_order_place *at, long stride, int from, long other)
+CVOL_INLINE four_rows load_four_rows(const image_order_place *at, ptrdiff_t stride, int from,
+                                     ptrdiff_t other)
 {
     const int last = at->last_row + 1;
     const int16_t *line[4];
@@ -224,7 +226,8 @@ CVOL_INLINE four_rows load_four_rows(const image_order_place *at, long stride, i
 }
 
 /* If all samples of a row lie within 16: from `fours` times four rows. */
-CVOL_INLINE around_int16 take_fours(const image_order_place *at, long stride, int fours, long other)
+CVOL_INLINE around_int16 take_fours(const image_order_place *at, ptrdiff_t stride, int fours,
+                                    ptrdiff_t other)
 {
     const __m512i place = _mm512_add_epi16(_mm512_slli_epi16(at->row, 4), at->lane);
     __m512i out[4];
@@ -248,8 +251,8 @@ CVOL_INLINE around_int16 take_fours(const image_order_place *at, long stride, in
 }
 
 /* Few rows: the most that may be needed, so that the number of iterations is predictable. */
-CVOL_INLINE around_int16 take_around(const image_order_place *at, long stride, int most, int wide,
-                                     long other)
+CVOL_INLINE around_int16 take_around(const image_order_place *at, ptrdiff_t stride, int most,
+                                     int wide, ptrdiff_t other)
 {
     switch (most) {
     case 3:
@@ -270,8 +273,8 @@ CVOL_INLINE around_int16 take_around(const image_order_place *at, long stride, i
 }
 
 /* The same one by one, for the first `count` pixels: if rows are many, or samples far apart. */
-CVOL_COLD around_int16 gather_around(const image_order_place *at, long stride, int count,
-                                     long other)
+CVOL_COLD around_int16 gather_around(const image_order_place *at, ptrdiff_t stride, int count,
+                                     ptrdiff_t other)
 {
     int16_t lane[PAIR_LANES], row[PAIR_LANES], out[4][PAIR_LANES] = {{0}};
     _mm512_storeu_si512(lane, at->lane);
@@ -304,9 +307,9 @@ CVOL_INLINE __m512i weigh_around(const around_int16 *four, const image_order_pla
 
 /* `count`: as in place_int16; `other`: 0, or as in load_row. */
 CVOL_INLINE around_int16 find_around(const int16_job *c, const image_order_place *at, int count,
-                                     long other)
+                                     ptrdiff_t other)
 {
-    const long stride = c->job->layer->row_stride;
+    const ptrdiff_t stride = c->job->layer->row_stride;
     const int rows = c->rows[count == PAIR_LANES];
     if (c->lanes_at_once == CVOL_GROUP && rows <= 12)
         return rows <= 4   ? take_fours(at, stride, 1, other)

@@ -226,8 +226,9 @@ CVOL_INLINE int find_levels(cvol_vf *levels, const line_job *job, int s,
         const double x = lane_at + i * sheet->lane_step + j * sheet->lane_down,
                      y = row_at + i * sheet->row_right + j * sheet->row_step;
         const uint64_t row = (uint64_t)(y < 0 ? 0 : y > last ? last : floor(y));
-        const long block_row = clamp_row(windows, (int)(row * layer->row_points_inverse >> 32));
-        long c = window_of((long)floor(x));
+        const ptrdiff_t block_row = clamp_row(windows,
+                                              (int)(row * layer->row_points_inverse >> 32));
+        ptrdiff_t c = window_of((ptrdiff_t)floor(x));
         c = c < at.c0[0] ? at.c0[0] : c > at.c1[0] ? at.c1[0] : c;
         levels[k / CVOL_LANES][k % CVOL_LANES] =
             windows->within_level[c + block_row * windows->count];
@@ -396,7 +397,7 @@ CVOL_COLD cvol_vf put_levels(cvol_vf value, const line_job *job, const sheet_lin
 }
 
 #if defined(SHEET_INT16) && !defined(__AVX512F__)
-CVOL_INLINE long clamp_to_range(long value, long least, long most)
+CVOL_INLINE ptrdiff_t clamp_to_range(ptrdiff_t value, ptrdiff_t least, ptrdiff_t most)
 {
     value = value < least ? least : value;
     return value > most ? most : value;
@@ -416,7 +417,7 @@ CVOL_INLINE cvol_vf reconstruct_image_order(const line_job *job, const sheet_lin
     const cvol_vi column = cvol_to_int(u + bias) - (int)bias,
                   row = cvol_to_int(v + bias) - (int)bias;
     const cvol_vf right = u - cvol_to_float(column), below = v - cvol_to_float(row);
-    const long stride = layer->row_stride;
+    const ptrdiff_t stride = layer->row_stride;
     cvol_vf a = {0}, b = {0}, c = {0}, d = {0};
 #if defined(__AVX512F__)
     const __m512i lane = _mm512_max_epi32(
@@ -449,8 +450,10 @@ CVOL_INLINE cvol_vf reconstruct_image_order(const line_job *job, const sheet_lin
 #endif
 #elif defined(SHEET_INT16)
     for (int k = 0; k < CVOL_LANES; k++) {
-        const long at = clamp_to_range((long)x0 + column[k], layer->from_lane, layer->to_lane - 1),
-                   line = clamp_to_range((long)y0 + row[k], layer->from_row, layer->to_row - 1);
+        const ptrdiff_t at = clamp_to_range((ptrdiff_t)x0 + column[k], layer->from_lane,
+                                            layer->to_lane - 1),
+                        line = clamp_to_range((ptrdiff_t)y0 + row[k], layer->from_row,
+                                              layer->to_row - 1);
         const sheet_sample *from = sheet->origin + line * stride + at;
         a[k] = from[0];
         b[k] = from[1];

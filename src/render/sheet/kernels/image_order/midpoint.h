@@ -14,7 +14,7 @@
 /* Line 5 is for samples that may have no value, which use object-order rays. */
 CVOL_INLINE float *kept_midpoint(const line_job *job, int group)
 {
-    return job->line->values + 5 * (long)job->line->width + (long)group * CVOL_GROUP;
+    return job->line->values + 5 * (ptrdiff_t)job->line->width + (ptrdiff_t)group * CVOL_GROUP;
 }
 
 /* Slice s at the position of rays `by` slices further on. */

@@ -41,7 +41,8 @@ CVOL_INLINE int find_seen(const cvol_windows *windows, int c0, int c1, int r0, i
 {
     r0 = clamp_row(windows, r0);
     r1 = clamp_row(windows, r1);
-    const uint8_t *bits = (r1 > r0 ? windows->across : windows->within) + (long)r0 * windows->count;
+    const uint8_t *bits = (r1 > r0 ? windows->across : windows->within) +
+                          (ptrdiff_t)r0 * windows->count;
     const int last = r1 > r0 ? r1 - 1 : r1;
     uint64_t seen = 0;
     for (int r = r0; r <= last; r++, bits += windows->count)
@@ -56,7 +57,7 @@ CVOL_INLINE int find_all_seen(const cvol_windows *windows, int c0, int c1, int r
 {
     r0 = clamp_row(windows, r0);
     r1 = clamp_row(windows, r1);
-    const uint8_t *bits = windows->within + (long)r0 * windows->count;
+    const uint8_t *bits = windows->within + (ptrdiff_t)r0 * windows->count;
     uint64_t unseen = 0;
     c1 = c1 + 1 < windows->count ? c1 + 1 : c1;
     for (int r = r0; r <= r1; r++, bits += windows->count)

@@ -49,7 +49,7 @@ CVOL_INLINE void place_group(group_place *out, const line_job *job, const sheet_
 /* ---- values ---------------------------------------------------------------------------------- */
 
 /* Samples, `offset` behind the slice's. */
-OUT_OF_LINE cvol_vf value_of_group(const line_job *job, const group_place *at, long offset)
+OUT_OF_LINE cvol_vf value_of_group(const line_job *job, const group_place *at, ptrdiff_t offset)
 {
     const float *from = at->from + offset + 1;
     cvol_four around[CVOL_LANES];
@@ -100,7 +100,7 @@ CVOL_INLINE cvol_vf finish_rises(cvol_vf out[3], const mixed_rows *of, cvol_vf r
 
 /* For the slices `before` and `behind` in memory. */
 OUT_OF_LINE void rise_of_group(cvol_vf out[3], const line_job *job, const group_place *at,
-                               long before, long behind)
+                               ptrdiff_t before, ptrdiff_t behind)
 {
     mixed_rows mixed;
     (void)job;
@@ -119,7 +119,7 @@ OUT_OF_LINE void rise_of_group(cvol_vf out[3], const line_job *job, const group_
 
 /* The midpoint between a slice and the one before: four consecutive slices. */
 typedef struct four_sheets {
-    long first, before, behind; /* the slice itself is the third */
+    ptrdiff_t first, before, behind; /* the slice itself is the third */
 } four_sheets;
 
 /* The value there, and its rises: of the mean of the two slices. */

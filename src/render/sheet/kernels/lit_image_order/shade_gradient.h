@@ -26,7 +26,7 @@ CVOL_INLINE sheet_line move_sheet(const line_job *job, int s, double by)
 }
 
 /* The distance of slice b of the layer behind slice a in memory. */
-CVOL_INLINE long offset_to(const line_job *job, int b, int a)
+CVOL_INLINE ptrdiff_t offset_to(const line_job *job, int b, int a)
 {
     return job->sheets[b].origin - job->sheets[a].origin;
 }
@@ -152,7 +152,7 @@ CVOL_INLINE void find_middle(lit_interval *i, const line_job *job, int s, int gr
         i->middle += find_shear_correction(i, job->table);
         return;
     }
-    const long before = offset_to(job, s - 1, s);
+    const ptrdiff_t before = offset_to(job, s - 1, s);
     const sheet_line sheet = move_sheet(job, s, -0.5);
     group_place at;
     place_group(&at, job, &sheet, group, part);

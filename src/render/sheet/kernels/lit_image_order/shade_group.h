@@ -33,7 +33,7 @@ typedef struct lit_group {
 
 CVOL_INLINE void load_group(lit_group *g, const cvol_line *line, int group, int part, int pending)
 {
-    const long width = line->width, i = group * CVOL_GROUP + part * CVOL_LANES;
+    const ptrdiff_t width = line->width, i = group * CVOL_GROUP + part * CVOL_LANES;
     const float *r = line->values + i, *s = line->pending + i;
     g->p = (pixels){cvol_load(r),
                     cvol_load(r + width),
@@ -61,7 +61,7 @@ CVOL_INLINE void load_group(lit_group *g, const cvol_line *line, int group, int 
 CVOL_INLINE void prefetch_group(const line_job *job, int group)
 {
     const cvol_line *line = job->line;
-    const long width = line->width;
+    const ptrdiff_t width = line->width;
     if ((group + 1) * CVOL_GROUP > width || line->opaque[group] ||
         !(line->intersected[group] != INT32_MIN ||
           (group - job->first_group < RUN && job->seen[group - job->first_group])))
@@ -75,7 +75,7 @@ CVOL_INLINE void prefetch_group(const line_job *job, int group)
 
 CVOL_INLINE void store_group(const lit_group *g, const cvol_line *line, int group, int part)
 {
-    const long width = line->width, i = group * CVOL_GROUP + part * CVOL_LANES;
+    const ptrdiff_t width = line->width, i = group * CVOL_GROUP + part * CVOL_LANES;
     float *r = line->values + i, *s = line->pending + i;
     cvol_store(r, g->p.r);
     cvol_store(r + width, g->p.g);

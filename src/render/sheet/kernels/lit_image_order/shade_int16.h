@@ -15,7 +15,7 @@
 /* The positions of a group's pixels. */
 typedef struct group_place {
     const int16_t *from; /* the first sample that any pixel takes, in the first row */
-    long stride;
+    ptrdiff_t stride;
     int least, most;    /* existing rows from there on */
     int x, y;           /* that sample */
     __m512i lane;       /* in int16: distance from there to a pixel's sample */
@@ -81,7 +81,7 @@ CVOL_INLINE void place_group(group_place *out, const line_job *job, const sheet_
     const __m512i right = _mm512_srli_epi32(_mm512_and_si512(u, fraction), 2);
     out->x = (int)x0;
     out->y = (int)y0;
-    out->from = sheet->origin + (long)out->y * layer->row_stride + (long)out->x;
+    out->from = sheet->origin + (ptrdiff_t)out->y * layer->row_stride + (ptrdiff_t)out->x;
     out->stride = layer->row_stride;
     out->least = layer->from_row - out->y;
     out->most = layer->to_row - out->y;
@@ -168,7 +168,7 @@ CVOL_INLINE int first_row(const group_place *at)
 }
 
 /* The distance to the next row; behind the last existing one it is 0. */
-CVOL_INLINE long stride_to_next(const group_place *at, int row)
+CVOL_INLINE ptrdiff_t stride_to_next(const group_place *at, int row)
 {
     return row <= at->most ? at->stride : 0;
 }
@@ -215,7 +215,7 @@ CVOL_INLINE cvol_vf weigh_int16(const group_place *at, const int16_pair *of)
                                   _mm512_set1_ps(1.0f / WEIGHTS_ONE));
 }
 
-CVOL_INLINE void take_values(int16_pair *out, const group_place *at, long offset, int rows,
+CVOL_INLINE void take_values(int16_pair *out, const group_place *at, ptrdiff_t offset, int rows,
                              int samples)
 {
     const __m512i lane = at->lane, next = _mm512_add_epi16(lane, _mm512_set1_epi16(1));
@@ -230,7 +230,7 @@ CVOL_INLINE void take_values(int16_pair *out, const group_place *at, long offset
 
 /* The same if the samples of a row lie within 16, and rows are at most `fours` times four: loads
  * four together, and one permutation finds a place. */
-CVOL_INLINE void take_fours(int16_pair *out, const group_place *at, long offset, int rows,
+CVOL_INLINE void take_fours(int16_pair *out, const group_place *at, ptrdiff_t offset, int rows,
                             int fours)
 {
     const int first = first_row(at);
@@ -259,7 +259,7 @@ CVOL_INLINE void take_fours(int16_pair *out, const group_place *at, long offset,
 }
 
 /* Samples, `offset` behind the slice's. */
-OUT_OF_LINE cvol_vf value_of_group(const line_job *job, const group_place *at, long offset)
+OUT_OF_LINE cvol_vf value_of_group(const line_job *job, const group_place *at, ptrdiff_t offset)
 {
     int16_pair values;
     if (job->samples == 16 && job->rows <= 8) {
@@ -278,8 +278,8 @@ OUT_OF_LINE cvol_vf value_of_group(const line_job *job, const group_place *at, l
 /* ---- rises ----------------------------------------------------------------------------------- */
 
 /* Along lanes, rows, and slices: from one before to one behind. */
-CVOL_INLINE void take_rises(int16_pair out[3], const group_place *at, long before, long behind,
-                            int rows, int samples)
+CVOL_INLINE void take_rises(int16_pair out[3], const group_place *at, ptrdiff_t before,
+                            ptrdiff_t behind, int rows, int samples)
 {
     const __m512i one = _mm512_set1_epi16(1), left = at->lane, here = _mm512_add_epi16(left, one),
                   right = _mm512_add_epi16(here, one);
@@ -289,7 +289,7 @@ CVOL_INLINE void take_rises(int16_pair out[3], const group_place *at, long befor
     for (int k = 0; k < 3; k++)
         out[k] = (int16_pair){_mm512_setzero_si512(), _mm512_setzero_si512()};
     for (int row = first; row < first + rows; row++) {
-        const long stride = stride_to_next(at, row);
+        const ptrdiff_t stride = stride_to_next(at, row);
         const __mmask32 which = pixels_of_row(at, row);
         const row_int16 below = load_row(line + stride, samples);
         take_int16(&out[0], which, left, here, subtract_row(shift_row(own, samples), own, samples),
@@ -306,7 +306,7 @@ CVOL_INLINE void take_rises(int16_pair out[3], const group_place *at, long befor
 }
 
 OUT_OF_LINE void rise_of_group(cvol_vf out[3], const line_job *job, const group_place *at,
-                               long before, long behind)
+                               ptrdiff_t before, ptrdiff_t behind)
 {
     int16_pair rises[3];
 #define TAKE_RISES(rows, samples) take_rises(rises, at, before, behind, rows, samples)
@@ -318,7 +318,7 @@ OUT_OF_LINE void rise_of_group(cvol_vf out[3], const line_job *job, const group_
 
 /* The midpoint between a slice and the one before: four consecutive slices. */
 typedef struct four_sheets {
-    long first, before, behind; /* the slice itself is the third */
+    ptrdiff_t first, before, behind; /* the slice itself is the third */
 } four_sheets;
 
 /* The value there, and its rises: of the mean of the two slices. */
@@ -336,7 +336,7 @@ CVOL_INLINE void take_midpoint_value(int16_pair out[4], const group_place *at,
     for (int k = 0; k < 4; k++)
         out[k] = (int16_pair){_mm512_setzero_si512(), _mm512_setzero_si512()};
     for (int row = first; row < first + rows; row++) {
-        const long stride = stride_to_next(at, row);
+        const ptrdiff_t stride = stride_to_next(at, row);
         const __mmask32 which = pixels_of_row(at, row);
         const row_int16 from = mean_of_rows(load_row(line + of->first, samples), second, samples),
                         to = mean_of_rows(third, load_row(line + of->behind, samples), samples);

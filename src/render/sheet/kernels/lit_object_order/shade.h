@@ -83,7 +83,7 @@ CVOL_COLD void draw_end(shade_state *g, const line_job *job, int s, int group, i
                         int has_void, int segments)
 {
     const sheet_line *sheet = &job->sheets[s];
-    const long window = window_at(sheet, group, unit);
+    const ptrdiff_t window = window_at(sheet, group, unit);
     const int masked = has_void && sheet->view.windows[window] & CVOL_WINDOW_MASKED;
     const cvol_vf level = to_table(job, cvol_splat(sheet->view.levels[window]));
     finish_rare(g, job, s - 1, 0, group, 1, unit, has_void, segments);

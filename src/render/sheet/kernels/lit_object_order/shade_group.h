@@ -62,7 +62,7 @@ CVOL_INLINE void move(cvol_vf *v, float *at, int store)
 CVOL_INLINE void move_group(shade_state *g, const line_job *job, int group, int has_void, int store)
 {
     const cvol_line *line = job->line;
-    const long width = line->width;
+    const ptrdiff_t width = line->width;
     float *r = line->values + group * CVOL_GROUP, *s = line->pending + group * CVOL_GROUP;
     for (int k = 0; k < PARTS; k++, r += CVOL_LANES, s += CVOL_LANES) {
         move(&g->p[k].r, r, store);
@@ -149,7 +149,7 @@ CVOL_INLINE void load_group(shade_state *g, const line_job *job, int group, int 
                                                 group * CVOL_GROUP + k * CVOL_LANES)
                               : cvol_splat(1);
     if (g->behind.edge == BOUNDED) { /* the extrapolated value */
-        const float *range = line->pending + 7 * (long)line->width + group * CVOL_GROUP;
+        const float *range = line->pending + 7 * (ptrdiff_t)line->width + group * CVOL_GROUP;
         g->behind.level = range[0];
         g->behind.spread = range[1];
     }
@@ -163,7 +163,7 @@ CVOL_INLINE void store_group(shade_state *g, const line_job *job, int group, int
     move_group(g, job, group, has_void, 1);
     line->edges[group] = (uint8_t)(g->behind.edge | g->is_lit << 2 | g->divided << 3);
     if (g->pending && g->behind.edge == BOUNDED) {
-        float *range = line->pending + 7 * (long)line->width + group * CVOL_GROUP;
+        float *range = line->pending + 7 * (ptrdiff_t)line->width + group * CVOL_GROUP;
         range[0] = g->behind.level;
         range[1] = g->behind.spread;
     }
@@ -175,7 +175,7 @@ CVOL_INLINE void store_group(shade_state *g, const line_job *job, int group, int
 CVOL_INLINE void prefetch_group(const line_job *job, int group)
 {
     const cvol_line *line = job->line;
-    const long width = line->width;
+    const ptrdiff_t width = line->width;
     const int pending = line->intersected[group] != INT32_MIN;
     if (line->opaque[group] || !(pending || job->seen[group - job->first_group]))
         return;

@@ -11,7 +11,7 @@
 /* A slice's samples, for part k of a group, at the position `place`: that slice itself, or one
  * `offset` before or behind it in memory. */
 CVOL_INLINE cvol_vf value_at(cvol_vf *cover, const line_job *job, const sheet_line *place,
-                             long offset, int group, int k, int unit, int masked)
+                             ptrdiff_t offset, int group, int k, int unit, int masked)
 {
     sheet_line sheet = *place;
 #if SHEET_EXTRAS
@@ -20,7 +20,7 @@ CVOL_INLINE cvol_vf value_at(cvol_vf *cover, const line_job *job, const sheet_li
 #endif
     if (masked) {
         const cvol_layer *layer = job->layer;
-        const long i = group * CVOL_GROUP + k * CVOL_LANES;
+        const ptrdiff_t i = group * CVOL_GROUP + k * CVOL_LANES;
         sheet.view.near += offset;
         sheet.view.far += offset;
         return to_table(job,
@@ -36,7 +36,7 @@ CVOL_INLINE cvol_vf value_at(cvol_vf *cover, const line_job *job, const sheet_li
     return reconstruct(job, &sheet, group, k, unit);
 }
 
-CVOL_INLINE long window_at(const sheet_line *sheet, int group, int unit)
+CVOL_INLINE ptrdiff_t window_at(const sheet_line *sheet, int group, int unit)
 {
     return window_of(lane_sample(sheet, group, unit));
 }
@@ -47,13 +47,13 @@ CVOL_INLINE int is_masked(const sheet_line *sheet, int group, int unit, int has_
 }
 
 /* The distance of slice b of the layer behind slice a in memory. */
-CVOL_INLINE long offset_to(const line_job *job, int b, int a)
+CVOL_INLINE ptrdiff_t offset_to(const line_job *job, int b, int a)
 {
     return job->layer->sheets[b].first - job->layer->sheets[a].first;
 }
 
 CVOL_INLINE void bound_neighbour(end_neighbour *out, const line_job *job, const sheet_line *sheet,
-                                 long window)
+                                 ptrdiff_t window)
 {
     out->edge = BOUNDED;
     out->level = sheet->view.levels[window] * job->table->scale + job->table_offset;
@@ -86,7 +86,7 @@ CVOL_INLINE void find_after(end_neighbour *out, const line_job *job, int s, int 
         find_neighbour(out, job, s, s + 1, group, unit, has_void);
         return;
     }
-    const long window = window_at(&job->before, group, unit);
+    const ptrdiff_t window = window_at(&job->before, group, unit);
     if (!(job->before.view.windows[window] & CVOL_WINDOW_SEEN)) {
         bound_neighbour(out, job, &job->before, window);
         return;

@@ -65,7 +65,7 @@ CVOL_INLINE cvol_vi is_beyond(cvol_vf value, cvol_vf than, int largest)
 }
 
 /* Returns 1 if a window may exceed the value of some pixel of the group. */
-CVOL_INLINE int is_window_beyond(const cvol_layer *layer, const line_view *view, long window,
+CVOL_INLINE int is_window_beyond(const cvol_layer *layer, const line_view *view, ptrdiff_t window,
                                  const extreme_group *group, int largest)
 {
     if (!(view->windows[window] & CVOL_WINDOW_SEEN))
@@ -171,8 +171,8 @@ CVOL_INLINE void draw_extreme_group(const extreme_job *job, int g, int unit, int
         const extreme_sheet *of = &job->sheets[s];
         if (g < of->groups.begin || g >= of->groups.end)
             continue;
-        const long x = unit ? of->footprint.x + i
-                            : (long)floor(of->sheet->lane_at + i * of->sheet->lane_step);
+        const ptrdiff_t x = unit ? of->footprint.x + i
+                                 : (ptrdiff_t)floor(of->sheet->lane_at + i * of->sheet->lane_step);
         if (!is_window_beyond(layer, &of->view, window_of(x), &group, largest))
             continue;
         const int inside = g >= of->groups.inside_begin && g < of->groups.inside_end;

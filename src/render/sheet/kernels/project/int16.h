@@ -120,7 +120,7 @@ CVOL_INLINE __m512i most_int16(float level)
 
 /* The lanes of a pair's windows that must be examined; none if no window exceeds the values of all
  * its pixels. The first window belongs to half of the lanes. */
-CVOL_INLINE __mmask16 find_lanes(const cvol_layer *layer, const line_view *view, long window,
+CVOL_INLINE __mmask16 find_lanes(const cvol_layer *layer, const line_view *view, ptrdiff_t window,
                                  const extreme_pair *pair, int largest)
 {
     const uint8_t *bits = view->windows + window;

@@ -41,7 +41,7 @@ CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *s
         cut_groups(&range, layer, sheet, line->number, line->width / CVOL_GROUP);
     for (int i = range.begin * CVOL_GROUP; i < range.end * CVOL_GROUP; i += CVOL_LANES) {
         double position = sheet->lane_at + i * step;
-        const long x = unit ? footprint.x + i : (long)floor(position);
+        const ptrdiff_t x = unit ? footprint.x + i : (ptrdiff_t)floor(position);
         cvol_vf weight = weigh(layer, sheet, &view, position, i, line->number, -0.5f, 0.5f);
         const wide_place place = find_wide_place(layer, view.near, position, step);
         cvol_vf value, cover;
