@@ -25,7 +25,7 @@ help:
 	@echo '               clang-tidy, build with warnings as errors and with sanitizers, run the tests: of'
 	@echo '               the long and the sanitized ones a part, PARTS=1 for all'
 	@echo 'make coverage  run all tests with counters of gcov; prints which lines and branches they reach'
-	@echo 'make portability  build and test for other compilers and processors, emulated; writes'
+	@echo 'make portability  build and test for other compilers, processors and Windows, emulated; writes'
 	@echo '               build-portability; an hour'
 	@echo 'make bench     run the benchmarks; writes bench/results'
 	@echo 'make bench-paper  compare the paper'"'"'s engine with splatting; writes bench/results/paper'

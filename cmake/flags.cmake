@@ -11,6 +11,15 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "^s390" AND CMAKE_C_COMPILER_ID STREQUAL "GNU"
 elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "^i[3-6]86$")
   target_compile_options(cvol_flags INTERFACE -msse2 -mfpmath=sse)
 endif()
+if(WIN32)
+  # src/windows has what MinGW-w64 lacks of POSIX. printf is its own, of C11, which the compiler's check of formats does
+  # not know, and parameters may have names of POSIX functions; builds for other systems check both.
+  target_compile_options(cvol_flags INTERFACE "SHELL:-include ${PROJECT_SOURCE_DIR}/src/windows/posix.h" -std=gnu11
+    -Wno-format -Wno-shadow)
+  target_compile_definitions(cvol_flags INTERFACE __USE_MINGW_ANSI_STDIO=1 _FILE_OFFSET_BITS=64)
+  target_include_directories(cvol_flags SYSTEM INTERFACE ${PROJECT_SOURCE_DIR}/src/windows/include)
+  target_link_options(cvol_flags INTERFACE -static) # the compiler's libraries are on no other machine
+endif()
 if(NOT OpenMP_C_FOUND)
   # Ignored pragmas leave the variables that only they use.
   target_compile_options(cvol_flags INTERFACE -Wno-unknown-pragmas -Wno-unused-parameter -Wno-unused-variable)
@@ -38,7 +47,11 @@ endif()
 # and the widest set that the machine has. "tested" is for tests on this machine only: all sets, but AVX-512 is not
 # optimized if the machine does not have it.
 set(CVOL_SETS_OF_KERNELS base)
-if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|amd64")
+if(WIN32)
+  # GCC aligns the stack of 64-bit Windows to 16 bytes only, and stores vectors of 32 and 64 bytes there as if it were
+  # aligned to those (its bug 54412). The other sets would crash; not always, and hardly under Wine.
+  target_compile_definitions(cvol_flags INTERFACE CVOL_BASE_SET_ONLY)
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|amd64")
   list(APPEND CVOL_SETS_OF_KERNELS avx2 avx512)
   set(CVOL_HAS_AVX512 unknown)
   if(EXISTS /proc/cpuinfo)

@@ -30,9 +30,10 @@ memory='valgrind' # for scripts/memory.sh
 wheel='patchelf liblz4-dev' # for make wheel
 test="$test $wheel"
 
-# The compilers and the emulator of scripts/portability.sh
+# The compilers and the emulators of scripts/portability.sh
 portability='cmake ninja-build gcc zlib1g-dev python3 clang gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu
-    libc6-dev-s390x-cross gcc-i686-linux-gnu libc6-dev-i386-cross qemu-user-static xz-utils patch'
+    libc6-dev-s390x-cross gcc-i686-linux-gnu libc6-dev-i386-cross qemu-user-static gcc-mingw-w64-x86-64 wine64
+    wine xz-utils patch'
 
 wanted=
 for set in "${@:-build}"; do

@@ -1,10 +1,10 @@
 #!/bin/sh
-# Builds cvol without optional libraries for several compilers and processors, and compares each build with that of
-# gcc on this machine: the same tests pass, the golden files decode to the same bits, a sample compresses to the same
-# bytes, and pictures by the base set of kernels, which all processors have, differ by at most 1 of 255. The table also
-# shows how far they are from pictures by this machine's widest set, which has no bound here. Other processors are
-# emulated. Prints one table; exit status 1 if a build or a comparison fails. A platform whose compiler is missing gets a
-# line that says so.
+# Builds cvol without optional libraries for several compilers and processors and for Windows, and compares each build
+# with that of gcc on this machine: the same tests pass, the golden files decode to the same bits, a sample compresses to
+# the same bytes, and pictures by the base set of kernels, which all processors have, differ by at most 1 of 255. The
+# table also shows how far they are from pictures by this machine's widest set, which has no bound here. Other processors
+# and Windows are emulated. Prints one table; exit status 1 if a build or a comparison fails. A platform whose compiler is
+# missing gets a line that says so.
 # usage: scripts/portability.sh FOLDER JOBS [PLATFORM...]
 # The sources of zlib and cmocka for other processors come from Debian's source packages, unless ZLIB_SOURCE and
 # CMOCKA_SOURCE name folders that have them. CVOL_REFERENCE may name a cvol of this machine to compare with; gcc's build
@@ -19,8 +19,8 @@ export OMP_WAIT_POLICY=passive
 command -v ninja >/dev/null 2>&1 && export CMAKE_GENERATOR="${CMAKE_GENERATOR:-Ninja}"
 . "$here/scripts/source_package.sh"
 
-# Tests of the folders below the codec, of the codec and of the formats that take seconds, also when they are emulated.
-tests='test_options test_block test_cell test_chirp test_fft test_lap test_whole test_exact test_split
+# Tests of files, of the folders below the codec, of the codec and of the formats that take seconds, also when they are emulated.
+tests='test_options test_files test_block test_cell test_chirp test_fft test_lap test_whole test_exact test_split
     test_array_file test_brick_code test_container_parts test_container_sections test_label_code test_tables
     test_true_length test_neural test_metaimage test_nifti test_nrrd test_raw test_volume test_volume_stream'
 
@@ -28,9 +28,9 @@ tests='test_options test_block test_cell test_chirp test_fft test_lap test_whole
 fast='-DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_C_FLAGS_RELWITHDEBINFO=-O1'
 
 # platform NAME: sets what a build needs. `compiler`: the command; `packages`: Debian's, for the message if it is
-# missing; `run`: the emulator; `own_zlib`: the system's zlib is of another processor.
+# missing; `run`: the emulator; `own_zlib`: the system's zlib is of another processor; `ending`: of programs.
 platform() {
-    compiler=gcc options=$fast packages= run= own_zlib= system= processor= flags= archiver=ar
+    compiler=gcc options=$fast packages= run= own_zlib= system= processor= flags= archiver=ar ending=
     case $1 in
     gcc) options= ;; # -O3
     gcc-O0) options='-DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG=-O0' ;;
@@ -45,8 +45,13 @@ platform() {
         run="qemu-$1-static -L /usr/$1-linux-gnu"
         packages="gcc-$1-linux-gnu libc6-dev-$(echo "$1" | sed s/aarch64/arm64/)-cross qemu-user-static"
         ;;
+    mingw) # Windows, by the threads of POSIX
+        compiler=x86_64-w64-mingw32-gcc-posix archiver=x86_64-w64-mingw32-ar own_zlib=yes system=Windows
+        run=wine processor=x86_64 ending=.exe packages='gcc-mingw-w64-x86-64 wine64 wine'
+        export WINEPREFIX="$folder/wine" WINEDEBUG=-all
+        ;;
     *)
-        echo "portability.sh: no such platform: $1 (there are: gcc gcc-O0 clang i386 aarch64 s390x)" >&2
+        echo "portability.sh: no such platform: $1 (there are: gcc gcc-O0 clang i386 aarch64 s390x mingw)" >&2
         exit 2
         ;;
     esac
@@ -100,7 +105,7 @@ run_tests() { # NAME: prints PASSED/ALL
     for test in $tests; do
         all=$((all + 1))
         # shellcheck disable=SC2086
-        if (cd "$folder/$1" && timeout 600 $run "tests/$test") >"$folder/$1/$test.log" 2>&1; then
+        if (cd "$folder/$1" && timeout 1200 $run "tests/$test$ending") >"$folder/$1/$test.log" 2>&1; then
             passed=$((passed + 1))
         else
             echo "portability: $1: $test failed, see $folder/$1/$test.log" >&2
@@ -115,8 +120,8 @@ check_golden() { # NAME: prints EQUAL/ALL
         all=$((all + 1))
         # shellcheck disable=SC2086
         case $file in
-        *.*) $run "$folder/$1/tests/helpers/decode_planes" "$here/tests/golden/$file" "$work/out.raw" ;;
-        *) $run "$folder/$1/cvol" decompress "$here/tests/golden/$file.cvol" "$work/out.raw" $more >/dev/null ;;
+        *.*) $run "$folder/$1/tests/helpers/decode_planes$ending" "$here/tests/golden/$file" "$work/out.raw" ;;
+        *) $run "$folder/$1/cvol$ending" decompress "$here/tests/golden/$file.cvol" "$work/out.raw" $more >/dev/null ;;
         esac || true
         case $(sha256sum "$work/out.raw") in
         "$sum "*) equal=$((equal + 1)) ;;
@@ -153,7 +158,7 @@ make_files() { # NAME: prints EQUAL/ALL
     while read -r file more; do
         all=$((all + 1))
         # shellcheck disable=SC2086
-        $run "$folder/$1/cvol" compress "$work/sample.nrrd" "$work/$1-$file.cvol" --threads 1 $more >/dev/null || true
+        $run "$folder/$1/cvol$ending" compress "$work/sample.nrrd" "$work/$1-$file.cvol" --threads 1 $more >/dev/null || true
         if cmp -s "$work/reference-$file.cvol" "$work/$1-$file.cvol"; then
             equal=$((equal + 1))
         else
@@ -168,7 +173,7 @@ draw() { # NAME: prints the largest differences from pictures by the base set, a
     list_pictures >"$work/pictures"
     while read -r picture more; do
         # shellcheck disable=SC2086
-        CVOL_CPU=base $run "$folder/$1/cvol" render "$work/reference-default.cvol" -o "$work/$1-$picture.png" --size 128 \
+        CVOL_CPU=base $run "$folder/$1/cvol$ending" render "$work/reference-default.cvol" -o "$work/$1-$picture.png" --size 128 \
             --threads 1 $more >/dev/null || true
         difference=$(python3 "$here/scripts/picture_difference.py" "$work/base-$picture.png" "$work/$1-$picture.png") || difference=999
         other=$(python3 "$here/scripts/picture_difference.py" "$work/widest-$picture.png" "$work/$1-$picture.png") || other=999
@@ -230,7 +235,7 @@ table=$folder/table
 mkdir -p "$work"
 failed=0
 echo 'platform|compiler|tests passed|golden files equal|bytes equal|pictures, base set|pictures, widest set' >"$table"
-[ $# -gt 0 ] || set -- gcc-O0 clang aarch64 s390x # i386 does not build yet: doc/portability.md
+[ $# -gt 0 ] || set -- gcc-O0 clang aarch64 s390x mingw # i386 does not build yet: doc/portability.md
 if [ -n "${CVOL_REFERENCE:-}" ]; then
     make_reference "$CVOL_REFERENCE"
 else

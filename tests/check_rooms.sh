@@ -7,6 +7,9 @@ cd "$(dirname "$0")/.."
 
 table='
 src/base:
+src/windows:
+src/windows/include:
+src/windows/include/sys:
 src/transform:                  base
 src/image:                      base array/core codec/section codec/container
 src/array/core:                 base transform

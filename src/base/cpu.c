@@ -12,7 +12,7 @@ static pthread_once_t best_once = PTHREAD_ONCE_INIT;
 
 static cvol_cpu detect(void)
 {
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(CVOL_BASE_SET_ONLY)
     __builtin_cpu_init();
     if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
         return CVOL_CPU_BASE;

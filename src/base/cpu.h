@@ -16,7 +16,15 @@ const char *cvol_cpu_name(cvol_cpu cpu);
 #define CVOL_SIMD_PASTE(name, set) CVOL_SIMD_PASTE2(name, set)
 #define CVOL_SIMD(name) CVOL_SIMD_PASTE(name, CVOL_SIMD_SET)
 
-#if defined(__x86_64__) && defined(CVOL_WITHOUT_AVX2) /* as sanitized, cmake/flags.cmake */
+#if !defined(__x86_64__) || \
+    defined(CVOL_BASE_SET_ONLY) /* the latter on Windows, cmake/flags.cmake */
+#define CVOL_SIMD_DECLARE(result, name, arguments) result name##_base arguments
+#define CVOL_SIMD_CHOOSE(name) (name##_base)
+#define CVOL_SIMD_SETS(name) \
+    {                        \
+        name##_base          \
+    }
+#elif defined(CVOL_WITHOUT_AVX2) /* as sanitized, cmake/flags.cmake */
 #define CVOL_SIMD_DECLARE(result, name, arguments) \
     result name##_base arguments;                  \
     result name##_avx512 arguments
@@ -25,7 +33,7 @@ const char *cvol_cpu_name(cvol_cpu cpu);
     {                                           \
         name##_base, name##_base, name##_avx512 \
     }
-#elif defined(__x86_64__) && defined(CVOL_WITHOUT_AVX512) /* the same */
+#elif defined(CVOL_WITHOUT_AVX512) /* the same */
 #define CVOL_SIMD_DECLARE(result, name, arguments) \
     result name##_base arguments;                  \
     result name##_avx2 arguments
@@ -34,7 +42,7 @@ const char *cvol_cpu_name(cvol_cpu cpu);
     {                                         \
         name##_base, name##_avx2, name##_avx2 \
     }
-#elif defined(__x86_64__)
+#else
 #define CVOL_SIMD_DECLARE(result, name, arguments) \
     result name##_base arguments;                  \
     result name##_avx2 arguments;                  \
@@ -46,13 +54,6 @@ const char *cvol_cpu_name(cvol_cpu cpu);
 #define CVOL_SIMD_SETS(name)                    \
     {                                           \
         name##_base, name##_avx2, name##_avx512 \
-    }
-#else
-#define CVOL_SIMD_DECLARE(result, name, arguments) result name##_base arguments
-#define CVOL_SIMD_CHOOSE(name) (name##_base)
-#define CVOL_SIMD_SETS(name) \
-    {                        \
-        name##_base          \
     }
 #endif
 

@@ -397,7 +397,8 @@ static void test_structs(void **state)
     for (size_t s = 0; s < sizeof structs / sizeof *structs; s++) {
         assert_true(structs[s].least <= structs[s].size);
         for (int k = 0; structs[s].calls[k]; k++)
-            expect_other_sizes(s, structs[s].calls[k]);
+            if (structs[s].calls[k] != open_film || strstr(cvol_film_formats(), ".gif"))
+                expect_other_sizes(s, structs[s].calls[k]);
     }
 }
 

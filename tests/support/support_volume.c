@@ -6,6 +6,7 @@
 
 #include <zlib.h>
 
+#include "base/memory.h"
 #include "random.h"
 #include "support.h"
 
@@ -67,7 +68,7 @@ cvol_volume *read_ok(const char *path)
     cvol_volume *volume = NULL;
     check_ok(cvol_volume_read(context, &volume, path, NULL));
     assert_non_null(volume);
-    assert_int_equal((uintptr_t)volume->data % 64, 0);
+    assert_int_equal((uintptr_t)volume->data % CVOL_ALLOCATED_ALIGNMENT, 0);
     return volume;
 }
 

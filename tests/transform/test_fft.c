@@ -457,6 +457,8 @@ static const char *program;
 static void test_same_bits_from_every_set(void **state)
 {
     (void)state;
+    if (cvol_cpu_best() == CVOL_CPU_BASE)
+        skip(); /* there is no other set */
     const uint64_t own = digest();
     assert_true(own != 0);
     for (int cpu = CVOL_CPU_BASE; cpu <= (int)cvol_cpu_best(); cpu++) {

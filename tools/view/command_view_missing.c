@@ -7,5 +7,6 @@ int command_view(int argc, char **argv)
     (void)argv;
     return report_error(
         EXIT_FAILED,
-        "this build of cvol has no viewer (built without libmicrohttpd or libturbojpeg)");
+        "this build of cvol has no viewer (built without libmicrohttpd or libturbojpeg, or for "
+        "Windows)");
 }
