@@ -32,8 +32,8 @@ static inline int cvol_size_add(size_t *out, size_t a, size_t b)
     return 1;
 }
 
-/* count elements of `size` bytes, CVOL_ALLOCATED_ALIGNMENT aligned; NULL on overflow or lack of memory.
- * Never NULL for count 0. Freed with free(). */
+/* count elements of `size` bytes, CVOL_ALLOCATED_ALIGNMENT aligned; NULL on overflow or lack of
+ * memory. Never NULL for count 0. Freed with free(). */
 void *cvol_allocate(size_t count, size_t size);
 /* The same, all zero. */
 void *cvol_allocate_zero(size_t count, size_t size);
