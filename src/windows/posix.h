@@ -3,7 +3,7 @@
  * knows of Windows. The headers that MinGW-w64 lacks are in windows/include.
  *
  * Names of files are UTF-8, with '/' or '\' between folders. Files are binary. An open file can be
- * renamed and removed, as on POSIX. */
+ * renamed and removed, as on POSIX, but not replaced by another one. */
 #ifndef CVOL_WINDOWS_POSIX_H
 #define CVOL_WINDOWS_POSIX_H
 
