@@ -9,8 +9,7 @@ extern "C" {
 #endif
 
 /* Dense samples and their geometry. `data` holds cvol_grid_bytes(&grid) bytes in the byte order of
- * the machine, x fastest (see cvol_grid), aligned to 64 bytes, on
- * Windows to 16. */
+ * the machine, x fastest (see cvol_grid), aligned to 64 bytes, on Windows to 16. */
 typedef struct cvol_volume {
     cvol_grid grid;
     void *data;
