@@ -13,7 +13,7 @@ function startWorker(buildFolder) {
   const { obey } = new Function(`${code}; return { obey };`)();
   return async (message) => {
     const [answer] = await obey({ id: 0, ...message });
-    if (answer.failure) throw new Error(answer.failure);
+    if (answer.failure) throw Object.assign(new Error(answer.failure), { stopped: answer.stopped });
     if (answer.bytes) answer.json = () => JSON.parse(new TextDecoder().decode(answer.bytes));
     return answer;
   };

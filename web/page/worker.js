@@ -104,7 +104,8 @@ function answer({ method, path, body }) {
 let ready = null;
 
 // Messages: {begin: module}, {open: what open() needs, lend: true if the answer has the memory}, {load: memory, files},
-// and requests. An answer has {heap (bytes of memory)} and what the functions above return, or {failure: sentence}.
+// and requests. An answer has {heap (bytes of memory)} and what the functions above return, or {failure: sentence,
+// stopped: whether the program has broken off}.
 async function obey({ id, begin: module, open: what, lend, load: memory, files, ...request }) {
   try {
     let result = {};
@@ -117,7 +118,8 @@ async function obey({ id, begin: module, open: what, lend, load: memory, files, 
     const given = result.bytes ?? result.memory;
     return [{ id, ...result, heap: cvol.HEAPU8.length }, given ? [given] : []];
   } catch (error) {
-    return [{ id, failure: error.message || String(error) }, []];
+    const stopped = error instanceof WebAssembly.RuntimeError || error instanceof RangeError;
+    return [{ id, failure: error.message || String(error), stopped }, []];
   }
 }
 
