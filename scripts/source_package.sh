@@ -1,4 +1,5 @@
-# fetch: gets the sources of a library from Debian's source packages, with Debian's patches. Sourced by scripts that set $folder.
+# fetch: gets the sources of a library from Debian's source packages, with Debian's patches. Sourced by scripts that set
+# $folder.
 
 # The system's list of packages may lack sources: use lists of our own.
 fetch() { # PACKAGE: unpacks it into $folder/PACKAGE

@@ -53,8 +53,8 @@ export async function branchOff({ bytes, total, fetchRange, fail }, progress) {
   }
 }
 
-// first: the beginning of the file, with level 3 or more; pieces: [{from, bytes}], more of it; bricks: bricksOf(first); total:
-// bytes of the file; fetchRange(from, to) resolves with these bytes. progress(bytes, total, whether more is on its way);
+// first: the beginning of the file, with level 3 or more; pieces: [{from, bytes}], more of it; bricks: bricksOf(first);
+// total: bytes of the file; fetchRange(from, to) resolves with these bytes. progress(bytes, total, whether more is on its way);
 // failed(error): it ends.
 function createRanged({ first, pieces: more, bricks, total, fetchRange, progress, failed }) {
   const pieces = [{ from: 0, bytes: first }, ...more];
