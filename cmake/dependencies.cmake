@@ -74,6 +74,12 @@ if(CMAKE_CXX_COMPILER_LOADED AND CVOL_SHARED AND NOT CVOL_SANITIZE)
   cvol_find_package(ITK 5 QUIET COMPONENTS ITKCommon ITKIOImageBase)
 endif()
 
+# The device of ANARI is C++ as well. The SDK is no package of Debian.
+set(anari_FOUND OFF)
+if(CMAKE_CXX_COMPILER_LOADED AND CVOL_SHARED AND NOT CVOL_SANITIZE)
+  cvol_find_package(anari QUIET CONFIG)
+endif()
+
 add_library(cvol_zstd INTERFACE)
 if(ZSTD_FOUND)
   target_link_libraries(cvol_zstd INTERFACE PkgConfig::ZSTD)
@@ -137,6 +143,9 @@ cvol_optional(GDCM_FOUND GDCM "reads no DICOM files that are compressed by JPEG,
 cvol_optional(MPI_C_FOUND MPI "has no cvol-mpi")
 if(ITK_FOUND)
   cvol_table_row(ITK on "has no plugin of ITK")
+endif()
+if(anari_FOUND)
+  cvol_table_row(ANARI-SDK on "has no device of ANARI")
 endif()
 if(CVOL_TESTS)
   cvol_optional(CMOCKA_FOUND cmocka "has no tests")

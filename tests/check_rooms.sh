@@ -96,6 +96,7 @@ viewer/page:                    viewer/page/state viewer/page/panels viewer/page
 web/page:                       viewer/page/state viewer/page/controls
 web:                            viewer/base viewer/service viewer/requests tools/words base render/engine volume/formats volume/formats/dicom volume/formats/vdb volume/formats/zarr volume/io
 plugin:
+plugin/anari:
 plugin/itk:
 '
 

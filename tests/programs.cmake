@@ -75,6 +75,17 @@ if(TARGET cvol_itk)
     "CVOL=$<TARGET_FILE:cvol_command>;CVOL_HELPERS=$<TARGET_FILE_DIR:json_get>;ITK_AUTOLOAD_PATH=${PROJECT_BINARY_DIR}/itk")
 endif()
 
+# The device of ANARI.
+if(TARGET anari_library_cvol)
+  add_executable(anari_client plugin/anari_client.c)
+  target_link_libraries(anari_client PRIVATE anari::anari m)
+  set(anari_client $<TARGET_FILE:anari_client>)
+  set(anari_libraries $<TARGET_FILE_DIR:anari_library_cvol>:$<TARGET_FILE_DIR:anari::anari>)
+endif()
+add_test(NAME anari COMMAND sh ${CMAKE_CURRENT_SOURCE_DIR}/plugin/test_anari.sh "${anari_client}" "${anari_libraries}")
+set_tests_properties(anari PROPERTIES TIMEOUT 120 SKIP_RETURN_CODE 77 ENVIRONMENT
+  "CVOL=$<TARGET_FILE:cvol_command>;CVOL_HELPERS=$<TARGET_FILE_DIR:json_get>;CVOL_SAMPLES=${PROJECT_SOURCE_DIR}/samples")
+
 # doc/paper-map.md names existing files, functions, tests and pictures.
 if(CVOL_PYTHON AND NOT CVOL_SANITIZE)
   add_test(NAME paper_map COMMAND ${CVOL_PYTHON} -B ${CMAKE_CURRENT_SOURCE_DIR}/check_paper_map.py ${PROJECT_SOURCE_DIR})

@@ -1,0 +1,28 @@
+/* libanari_library_cvol.so: the library that applications of ANARI load by the name cvol. */
+#include "device.h"
+#include "queries.h"
+
+#include <anari/backend/LibraryImpl.h>
+
+namespace
+{
+
+struct library : public anari::LibraryImpl {
+    using anari::LibraryImpl::LibraryImpl;
+    ANARIDevice newDevice(const char *) override
+    {
+        return (new cvol_anari::device(this_library()))->this_device();
+    }
+    const char **getDeviceExtensions(const char *) override
+    {
+        return cvol_anari::extensions();
+    }
+};
+
+} // namespace
+
+extern "C" __attribute__((visibility("default")))
+ANARI_DEFINE_LIBRARY_ENTRYPOINT(cvol, handle, status, user)
+{
+    return (new library(handle, status, user))->this_library();
+}
