@@ -176,8 +176,7 @@ ANARIFrame device::newFrame()
     return handle_of<ANARIFrame>(make<frame>(ANARI_FRAME, ""));
 }
 
-/* ---- parameters -------------------------------------------------------------------------------
- */
+/* ---- parameters ------------------------------------------------------------------------------ */
 
 void device::setParameter(ANARIObject handle, const char *name, ANARIDataType type,
                           const void *memory)
@@ -312,8 +311,7 @@ void device::unmapArray(ANARIArray handle)
     static_cast<array &>(find(handle)).unmap();
 }
 
-/* ---- properties -------------------------------------------------------------------------------
- */
+/* ---- properties ------------------------------------------------------------------------------ */
 
 static int get_device_property(const char *name, ANARIDataType type, void *memory, uint64_t size)
 {
@@ -374,8 +372,7 @@ const void *device::getParameterInfo(ANARIDataType type, const char *subtype, co
     return parameter_info(type, subtype, parameter, parameter_type, info, info_type);
 }
 
-/* ---- frames -----------------------------------------------------------------------------------
- */
+/* ---- frames ---------------------------------------------------------------------------------- */
 
 /* The lock is not held while a picture is being drawn, so that callbacks can use the device. */
 const void *device::frameBufferMap(ANARIFrame handle, const char *channel, uint32_t *width,

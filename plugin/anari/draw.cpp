@@ -36,8 +36,7 @@ void field::get_box(double centre[3], double extent[3]) const
     }
 }
 
-/* ---- poses ------------------------------------------------------------------------------------
- */
+/* ---- poses ----------------------------------------------------------------------------------- */
 
 void pose::to_world(double out[3], const double at[3]) const
 {
@@ -88,8 +87,7 @@ int pose::set(const float matrix[16])
     return 1;
 }
 
-/* ---- the picture that is drawn ----------------------------------------------------------------
- */
+/* ---- the picture that is drawn --------------------------------------------------------------- */
 
 /* The part of the camera's picture that is shown may be anywhere, and pixels may be wide or narrow.
  * A renderer of cvol draws square pixels around the axis of the camera: it draws the smallest such
@@ -122,8 +120,7 @@ static int make_canvas(canvas *out, const drawing &scene)
     return 1;
 }
 
-/* ---- the camera of a volume -------------------------------------------------------------------
- */
+/* ---- the camera of a volume ------------------------------------------------------------------ */
 
 /* What a pixel's depth means, from that of cvol: world distance = scale (depth + ahead), along rays
  * in perspective. */
@@ -194,8 +191,7 @@ static depth_scale set_camera(cvol_render_options *options, const drawn_volume &
     return {v.placed.scale, -along - diagonal / 2};
 }
 
-/* ---- colours ----------------------------------------------------------------------------------
- */
+/* ---- colours --------------------------------------------------------------------------------- */
 
 static double interpolate(const double *values, size_t count, size_t stride, double at)
 {
@@ -234,8 +230,7 @@ static int make_transfer(cvol_context *context, cvol_transfer **out, const trans
     return cvol_transfer_create(context, out, points.data(), points.size());
 }
 
-/* ---- pictures ---------------------------------------------------------------------------------
- */
+/* ---- pictures -------------------------------------------------------------------------------- */
 
 static int draw_volume(cvol_context *context, cvol_image *image, depth_scale *depth,
                        const drawn_volume &v, const drawing &scene, const canvas &on)

@@ -42,8 +42,7 @@ static const sample_format *find_format(ANARIDataType element)
     return nullptr;
 }
 
-/* ---- numbers that are integers ----------------------------------------------------------------
- */
+/* ---- numbers that are integers --------------------------------------------------------------- */
 
 /* Applications convert scans to floats. If all numbers are integers of a small type, samples of
  * this type are compressed instead. */
@@ -83,8 +82,7 @@ static bool narrow(narrow_samples *out, const float *from, size_t count)
     return true;
 }
 
-/* ---- compression ------------------------------------------------------------------------------
- */
+/* ---- compression ----------------------------------------------------------------------------- */
 
 template <typename T> bool has_missing(const void *samples, size_t count)
 {

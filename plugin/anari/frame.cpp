@@ -9,8 +9,7 @@
 namespace cvol_anari
 {
 
-/* ---- cameras ----------------------------------------------------------------------------------
- */
+/* ---- cameras --------------------------------------------------------------------------------- */
 
 static bool normalise(double v[3])
 {
@@ -66,8 +65,7 @@ void camera::commit()
         state = s;
 }
 
-/* ---- renderers --------------------------------------------------------------------------------
- */
+/* ---- renderers ------------------------------------------------------------------------------- */
 
 void renderer::commit()
 {
@@ -77,8 +75,7 @@ void renderer::commit()
     background_image = static_cast<array *>(get_object("background", ANARI_ARRAY2D));
 }
 
-/* ---- a picture that is being drawn ------------------------------------------------------------
- */
+/* ---- a picture that is being drawn ----------------------------------------------------------- */
 
 /* The frame and its thread share a job: the thread writes `result` and `message` until is_done. */
 struct frame::job {
@@ -120,8 +117,7 @@ void frame::job::run()
     changed.notify_all();
 }
 
-/* ---- frames -----------------------------------------------------------------------------------
- */
+/* ---- frames ---------------------------------------------------------------------------------- */
 
 frame::~frame()
 {
@@ -267,8 +263,7 @@ void frame::discard()
         current->is_discarded = true;
 }
 
-/* ---- channels ---------------------------------------------------------------------------------
- */
+/* ---- channels -------------------------------------------------------------------------------- */
 
 static float encode_srgb(float v)
 {

@@ -47,8 +47,7 @@ const char **subtypes(ANARIDataType type)
     }
 }
 
-/* ---- parameters -------------------------------------------------------------------------------
- */
+/* ---- parameters ------------------------------------------------------------------------------ */
 
 /* One type of a parameter; a parameter of several types has several rows. */
 struct parameter_fact {
@@ -152,8 +151,7 @@ std::string check_parameter(ANARIDataType type, const char *subtype, const char 
                     : "";
 }
 
-/* ---- facts for applications -------------------------------------------------------------------
- */
+/* ---- facts for applications ------------------------------------------------------------------ */
 
 /* Lists stay valid, so they are kept. */
 static const ANARIParameter *list_parameters(ANARIDataType type, const char *subtype)

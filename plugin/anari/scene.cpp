@@ -9,8 +9,7 @@
 namespace cvol_anari
 {
 
-/* ---- bounds -----------------------------------------------------------------------------------
- */
+/* ---- bounds ---------------------------------------------------------------------------------- */
 
 struct bounds {
     float low[3], high[3];
@@ -58,8 +57,7 @@ static int give_bounds(const bounds &b, const char *name, ANARIDataType type, vo
     return 1;
 }
 
-/* ---- volumes ----------------------------------------------------------------------------------
- */
+/* ---- volumes --------------------------------------------------------------------------------- */
 
 /* Colours are one colour or an array of them. */
 static int get_colours(std::vector<double> *out, const volume &v)
@@ -140,8 +138,7 @@ int volume::get_property(const char *name, ANARIDataType type, void *memory, uin
     return give_bounds(b, name, type, memory, size);
 }
 
-/* ---- lights, groups, instances ----------------------------------------------------------------
- */
+/* ---- lights, groups, instances --------------------------------------------------------------- */
 
 void light::commit()
 {
@@ -213,8 +210,7 @@ int instance::get_property(const char *name, ANARIDataType type, void *memory, u
     return give_bounds(b, name, type, memory, size);
 }
 
-/* ---- worlds -----------------------------------------------------------------------------------
- */
+/* ---- worlds ---------------------------------------------------------------------------------- */
 
 void world::commit()
 {
