@@ -1,4 +1,5 @@
 # Warnings, sanitizers, and the compiler flags of each kind of code.
+include(CheckCSourceCompiles)
 add_library(cvol_flags INTERFACE)
 target_compile_options(cvol_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wmissing-prototypes -Wvla
@@ -6,10 +7,17 @@ target_compile_options(cvol_flags INTERFACE
   $<$<COMPILE_LANG_AND_ID:C,Clang>:-Wno-pass-failed>) # warns of loops that it does not vectorize
 # Every operation on floats rounds to a float: GCC for s390x would compute with doubles in C11 (FLT_EVAL_METHOD 1), and
 # for 32-bit x86 with the 80 bits of x87.
+check_c_source_compiles("#ifndef __i386__
+#error
+#endif
+int main(void) { return 0; }" CVOL_X86_32) # CMAKE_SYSTEM_PROCESSOR does not say with -m32
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^s390" AND CMAKE_C_COMPILER_ID STREQUAL "GNU")
   target_compile_options(cvol_flags INTERFACE -fexcess-precision=fast)
-elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "^i[3-6]86$")
+elseif(CVOL_X86_32)
   target_compile_options(cvol_flags INTERFACE -msse2 -mfpmath=sse)
+endif()
+if(CMAKE_SIZEOF_VOID_P EQUAL 4 AND NOT WIN32)
+  target_compile_definitions(cvol_flags INTERFACE _FILE_OFFSET_BITS=64) # files of more than 2 GiB
 endif()
 if(WIN32)
   # src/windows has what MinGW-w64 lacks of POSIX. printf is its own, of C11, which the compiler's check of formats does
@@ -51,7 +59,7 @@ if(WIN32)
   # GCC aligns the stack of 64-bit Windows to 16 bytes only, and stores vectors of 32 and 64 bytes there as if it were
   # aligned to those (its bug 54412). The other sets would crash; not always, and hardly under Wine.
   target_compile_definitions(cvol_flags INTERFACE CVOL_BASE_SET_ONLY)
-elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|amd64")
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|amd64" AND NOT CVOL_X86_32)
   list(APPEND CVOL_SETS_OF_KERNELS avx2 avx512)
   set(CVOL_HAS_AVX512 unknown)
   if(EXISTS /proc/cpuinfo)

@@ -20,7 +20,7 @@ command -v ninja >/dev/null 2>&1 && export CMAKE_GENERATOR="${CMAKE_GENERATOR:-N
 . "$here/scripts/source_package.sh"
 
 # Tests of files, of the folders below the codec, of the codec and of the formats that take seconds, also when they are emulated.
-tests='test_options test_files test_block test_cell test_chirp test_fft test_lap test_whole test_exact test_split
+tests='test_options test_files test_elementary test_block test_cell test_chirp test_fft test_lap test_whole test_exact test_split
     test_array_file test_brick_code test_container_parts test_container_sections test_label_code test_tables
     test_true_length test_neural test_metaimage test_nifti test_nrrd test_raw test_volume test_volume_stream'
 
@@ -235,7 +235,7 @@ table=$folder/table
 mkdir -p "$work"
 failed=0
 echo 'platform|compiler|tests passed|golden files equal|bytes equal|pictures, base set|pictures, widest set' >"$table"
-[ $# -gt 0 ] || set -- gcc-O0 clang aarch64 s390x mingw # i386 does not build yet: doc/portability.md
+[ $# -gt 0 ] || set -- gcc-O0 clang i386 aarch64 s390x mingw
 if [ -n "${CVOL_REFERENCE:-}" ]; then
     make_reference "$CVOL_REFERENCE"
 else

@@ -92,6 +92,12 @@ if(CVOL_PYTHON AND NOT CVOL_SANITIZE)
   set_tests_properties(paper_map PROPERTIES TIMEOUT 30)
 endif()
 
+# What decides bytes of files calls no function whose last bit depends on the C library.
+if(CVOL_PYTHON AND NOT CVOL_SANITIZE)
+  add_test(NAME elementary COMMAND ${CVOL_PYTHON} -B ${CMAKE_CURRENT_SOURCE_DIR}/check_elementary.py ${PROJECT_SOURCE_DIR})
+  set_tests_properties(elementary PROPERTIES TIMEOUT 30)
+endif()
+
 # Doxygen makes the reference of the public headers without a warning. Once, in the plain build.
 if(NOT CVOL_SANITIZE)
   add_test(NAME reference COMMAND sh ${CMAKE_CURRENT_SOURCE_DIR}/check_reference.sh ${PROJECT_SOURCE_DIR})

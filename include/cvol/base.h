@@ -92,7 +92,7 @@ CVOL_API void cvol_context_set_progress(cvol_context *context, cvol_progress_fn 
                                         void *user);
 
 /* Sets the largest dense volume, in bytes, that a reader or a decoder may allocate because a file
- * says so. Default: 64 GiB. */
+ * says so. Default: 64 GiB. Programs of 32 bits cannot have more than 4 GiB - 1. */
 CVOL_API void cvol_context_set_limit_bytes(cvol_context *context, uint64_t limit_bytes);
 /* Returns that limit. */
 CVOL_API uint64_t cvol_context_limit_bytes(const cvol_context *context);

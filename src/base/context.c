@@ -24,7 +24,7 @@ cvol_context *cvol_context_create(void)
     cvol_threads_survive_fork();
     if (!context)
         return NULL;
-    context->limit_bytes = DEFAULT_LIMIT_BYTES;
+    cvol_context_set_limit_bytes(context, DEFAULT_LIMIT_BYTES);
     cvol_context_set_threads(context, 0);
     return context;
 }
@@ -68,7 +68,7 @@ void cvol_context_set_progress(cvol_context *context, cvol_progress_fn progress,
 
 void cvol_context_set_limit_bytes(cvol_context *context, uint64_t limit_bytes)
 {
-    context->limit_bytes = limit_bytes;
+    context->limit_bytes = limit_bytes < SIZE_MAX ? limit_bytes : SIZE_MAX;
 }
 
 void cvol_context_set_external(cvol_context *context, int allowed)

@@ -99,7 +99,8 @@ int cvol_grid_check_within(cvol_context *context, const cvol_grid *grid, const c
         return cvol_fail(context, CVOL_ERROR_LIMIT,
                          "%s: %zu x %zu x %zu samples of %s are more than the limit of %llu bytes",
                          name, grid->dims[0], grid->dims[1], grid->dims[2],
-                         cvol_type_name(grid->type), (unsigned long long)limit_bytes);
+                         cvol_type_name(grid->type),
+                         (unsigned long long)(limit_bytes < SIZE_MAX ? limit_bytes : SIZE_MAX));
     for (int a = 0; a < 3; a++) {
         if (!(grid->spacing[a] > 0) || !isfinite(grid->spacing[a]))
             return cvol_fail(context, CVOL_ERROR_FORMAT,

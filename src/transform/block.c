@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 #include "base/cpu.h"
+#include "base/elementary.h"
 
 #define PI 3.14159265358979323846
 
@@ -23,7 +24,7 @@ static pthread_once_t basis_once = PTHREAD_ONCE_INIT;
 static double basis_at(int u, int x, int block, int points)
 {
     double c = sqrt((u ? 2.0 : 1.0) / block);
-    return c * cos(PI * u * (x + 0.5) / points);
+    return c * cvol_cos(PI * u * (x + 0.5) / points);
 }
 
 static double basis_value(int u, int x, int block)

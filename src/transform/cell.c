@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/cpu.h"
+#include "base/elementary.h"
 #include "transform/cell_bases.h"
 
 #define PI 3.14159265358979323846
@@ -17,7 +18,7 @@ static pthread_once_t bases_once = PTHREAD_ONCE_INIT;
 
 static double basis_value(int f, int x, int side)
 {
-    return sqrt((f ? 2.0 : 1.0) / side) * cos(PI * f * (x + 0.5) / side);
+    return sqrt((f ? 2.0 : 1.0) / side) * cvol_cos(PI * f * (x + 0.5) / side);
 }
 
 int cvol_cell_valid_split(uint16_t split)

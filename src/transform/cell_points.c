@@ -7,6 +7,8 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "base/elementary.h"
+
 enum { CELL = 16 };
 
 /* The sub-block of this side, along an axis, to which index v belongs: 2 f + c; 4 f + 2 c' + c. */
@@ -26,7 +28,7 @@ void cvol_cell_points_basis(float *basis, int side, int points, int width)
         for (int i = 0; i < points; i++)
             if ((2 * i + 1) * parts / (2 * points) == part) {
                 const double at = (i + 0.5) * CELL / points - part * side;
-                basis[v * width + i] = (float)(scale * cos(M_PI * f * at / side));
+                basis[v * width + i] = (float)(scale * cvol_cos(M_PI * f * at / side));
             }
     }
 }

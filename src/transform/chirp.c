@@ -12,8 +12,10 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "transform/fft.h"
+#include "transform/phase.h"
 
 #define PI 3.14159265358979323846
 
@@ -25,36 +27,23 @@ struct cvol_chirp {
 
 /* ---- phases ------------------------------------------------------------------------------- */
 
-/* Fractions of a turn in units of 2^-128; arithmetic modulo 2^128 is arithmetic modulo one turn. */
-__extension__ typedef unsigned __int128 phases;
-
-static phases phase_of_fraction(long double q)
+static cvol_phase signed_phase(cvol_phase p, int is_negative)
 {
-    if (q < 0)
-        return -phase_of_fraction(-q);
-    q = ldexpl(q - floorl(q), 64);
-    const uint64_t high = (uint64_t)q;
-    return (phases)high << 64 | (uint64_t)ldexpl(q - (long double)high, 64);
+    return is_negative ? cvol_phase_negate(p) : p;
 }
 
-/* a / n; the division's remainder gives the bits that a long double lacks. */
-static phases phases_of(double a, double n)
+/* m^2 p */
+static cvol_phase times_square(cvol_phase p, size_t m)
 {
-    const long double q = (long double)a / (long double)n;
-    const long double rest = fmal(-q, (long double)n, (long double)a) / (long double)n;
-    return phase_of_fraction(q) + phase_of_fraction(rest);
+    return cvol_phase_multiply(cvol_phase_multiply(p, (int64_t)m), (int64_t)m);
 }
 
-static phases square(size_t m)
+static void unit(float out[2], cvol_phase phase, double scale)
 {
-    return (phases)m * m;
-}
-
-static void unit(float out[2], phases t, double scale)
-{
-    const double angle = 2 * PI * ldexp((double)(int64_t)(uint64_t)(t >> 64), -64);
-    out[0] = (float)(scale * cos(angle));
-    out[1] = (float)(scale * sin(angle));
+    double at[2];
+    cvol_sincos(at, 2 * PI * cvol_phase_turns(phase));
+    out[0] = (float)(scale * at[0]);
+    out[1] = (float)(scale * at[1]);
 }
 
 static inline void multiply(float out[2], const float a[2], const float b[2])
@@ -68,22 +57,30 @@ static inline void multiply(float out[2], const float a[2], const float b[2])
 
 static void fill_factors(cvol_chirp *chirp, const cvol_chirp_shape *shape, int adjoint)
 {
-    const phases start = phases_of(shape->start, shape->n), step = phases_of(shape->step, shape->n);
-    const phases half = phases_of(shape->step, 2 * shape->n);
-    const phases first = (phases)shape->first, sign = adjoint ? -(phases)1 : 1;
+    const cvol_phase start = cvol_phase_of(shape->start, shape->n);
+    const cvol_phase half = cvol_phase_of(shape->step, 2 * shape->n);
+    const cvol_phase first = cvol_phase_multiply(cvol_phase_of(shape->step, shape->n),
+                                                 shape->first);
     const double scale = 1 / (double)chirp->length; /* both transforms are unnormalised */
     float *frequencies = adjoint ? chirp->after : chirp->before;
     float *points = adjoint ? chirp->before : chirp->after;
-    for (size_t u = 0; u < shape->frequencies; u++)
-        unit(frequencies + 2 * u, sign * (start * (first + u) + half * square(u)),
+    for (size_t u = 0; u < shape->frequencies; u++) {
+        const cvol_phase along = cvol_phase_multiply(start, shape->first + (int64_t)u);
+        unit(frequencies + 2 * u,
+             signed_phase(cvol_phase_add(along, times_square(half, u)), adjoint),
              adjoint ? scale : 1);
-    for (size_t j = 0; j < shape->points; j++)
-        unit(points + 2 * j, sign * (step * first * j + half * square(j)), adjoint ? 1 : scale);
+    }
+    for (size_t j = 0; j < shape->points; j++) {
+        const cvol_phase along = cvol_phase_multiply(first, (int64_t)j);
+        unit(points + 2 * j, signed_phase(cvol_phase_add(along, times_square(half, j)), adjoint),
+             adjoint ? 1 : scale);
+    }
     memset(chirp->kernel, 0, 2 * chirp->length * sizeof *chirp->kernel);
     for (size_t m = 0; m < chirp->outputs; m++)
-        unit(chirp->kernel + 2 * m, -sign * half * square(m), 1);
+        unit(chirp->kernel + 2 * m, signed_phase(times_square(half, m), !adjoint), 1);
     for (size_t m = 1; m < chirp->inputs; m++)
-        unit(chirp->kernel + 2 * (chirp->length - m), -sign * half * square(m), 1);
+        unit(chirp->kernel + 2 * (chirp->length - m), signed_phase(times_square(half, m), !adjoint),
+             1);
 }
 
 int cvol_chirp_create(cvol_context *context, cvol_chirp **out, const cvol_chirp_shape *shape,

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "transform/fft_own.h"
 
@@ -63,8 +64,8 @@ static size_t largest_prime(size_t n)
 /* The estimated time of both steps, in arbitrary units: whole batches are computed. */
 static double split_cost(size_t n1, size_t n2, int real)
 {
-    const double first = (double)(n1 * padded(n2)) * log2((double)n1);
-    const double second = (double)(n2 * padded(half_of(n1, real))) * log2((double)n2);
+    const double first = (double)(n1 * padded(n2)) * cvol_log2((double)n1);
+    const double second = (double)(n2 * padded(half_of(n1, real))) * cvol_log2((double)n2);
     return (real ? 1 : 2) * first + 2 * second;
 }
 

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "transform/fft_own.h"
 
@@ -16,7 +17,9 @@ void cvol_fft_root(float out[2], size_t k, size_t n)
     const size_t eighth = (size_t)((double)k * 8 / (double)n); /* a rounded value is sufficient */
     const size_t quarter = (eighth + 1) / 2;                   /* the nearest, 0 .. 4 */
     const double angle = 2 * PI * ((double)k - (double)quarter * (double)n / 4) / (double)n;
-    const float c = (float)cos(angle), s = (float)sin(angle);
+    double at[2];
+    cvol_sincos(at, angle);
+    const float c = (float)at[0], s = (float)at[1];
     const float re[4] = {c, -s, -c, s}, im[4] = {-s, -c, s, c};
     out[0] = re[quarter % 4];
     out[1] = im[quarter % 4];

@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "base/cpu.h"
+#include "base/elementary.h"
 #include "transform/lap_faces.h"
 
 #define PI 3.14159265358979323846
@@ -78,8 +79,8 @@ static void find_v(double V[2][2], int inverse)
     double C2[2][2], C4[2][2];
     for (int k = 0; k < 2; k++)
         for (int i = 0; i < 2; i++) {
-            C2[k][i] = (k ? 1.0 : sqrt(0.5)) * cos(PI * k * (i + 0.5) / 2);
-            C4[k][i] = cos(PI * (k + 0.5) * (i + 0.5) / 2);
+            C2[k][i] = (k ? 1.0 : sqrt(0.5)) * cvol_cos(PI * k * (i + 0.5) / 2);
+            C4[k][i] = cvol_cos(PI * (k + 0.5) * (i + 0.5) / 2);
         }
     const double s = sqrt(2.0);
     for (int i = 0; i < 2; i++)

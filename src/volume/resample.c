@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/for_type.h"
 #include "base/memory.h"
 #include "volume/io/dense.h"
@@ -59,7 +60,7 @@ static int invert(double out[3][3], double m[3][4])
         }
     for (int k = 0; k < 3; k++) {
         determinant += m[0][k] * cofactor[0][k];
-        size *= hypot(hypot(m[0][k], m[1][k]), m[2][k]);
+        size *= cvol_hypot(cvol_hypot(m[0][k], m[1][k]), m[2][k]);
     }
     if (!(fabs(determinant) > 1e-9 * size))
         return 0;

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "volume/io/dense.h"
 
@@ -284,6 +285,6 @@ int cvol_volume_compare(cvol_context *context, cvol_volume_difference *out, cons
     out->rmse = sqrt(total.squares / (double)cvol_grid_samples(&a->grid));
     out->max_abs_error = total.largest;
     out->peak = stats.max - stats.min;
-    out->psnr_db = out->rmse > 0 ? 20 * log10(out->peak / out->rmse) : INFINITY;
+    out->psnr_db = out->rmse > 0 ? 20 * cvol_log10(out->peak / out->rmse) : INFINITY;
     return CVOL_OK;
 }

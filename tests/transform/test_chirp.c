@@ -6,6 +6,7 @@
 #include "support_context.h"
 #include "transform/chirp.h"
 #include "transform/fft.h"
+#include "transform/phase.h"
 
 #define PI 3.14159265358979323846
 
@@ -107,12 +108,50 @@ static void test_one_frequency(void **state)
     assert_true(error_of(&shape, 4) < 1e-6);
 }
 
+#ifdef __SIZEOF_INT128__
+__extension__ typedef unsigned __int128 wide;
+
+static wide wide_of(cvol_phase p)
+{
+    return (wide)p.high << 64 | p.low;
+}
+
+/* floor(2^128 a / n) of integers, a < n */
+static wide quotient(uint64_t a, uint64_t n)
+{
+    const wide high = ((wide)a << 64) / n, rest = ((wide)a << 64) % n;
+    return high << 64 | (rest << 64) / n;
+}
+
+static void test_phases_equal_wide_integers(void **state)
+{
+    (void)state;
+    random_state r = {.state = 5};
+    for (int i = 0; i < 100000; i++) {
+        const cvol_phase a = {random_u64(&r), i % 3 ? random_u64(&r) : 0};
+        const cvol_phase b = {random_u64(&r), random_u64(&r)};
+        const int64_t times = (int64_t)(random_u64(&r) >> random_below(&r, 64));
+        const cvol_phase signed_number = {times < 0 ? UINT64_MAX : 0, (uint64_t)times};
+        const uint64_t n = 2 + (random_u64(&r) >> (11 + random_below(&r, 52)));
+        const uint64_t of = random_u64(&r) >> (11 + random_below(&r, 53));
+        assert_true(wide_of(cvol_phase_negate(a)) == -wide_of(a));
+        assert_true(wide_of(cvol_phase_add(a, b)) == wide_of(a) + wide_of(b));
+        assert_true(wide_of(cvol_phase_multiply(a, times)) == wide_of(a) * wide_of(signed_number));
+        assert_true(wide_of(cvol_phase_of((double)of, (double)n)) == quotient(of % n, n));
+        assert_true(wide_of(cvol_phase_of(-(double)of, (double)n)) == -quotient(of % n, n));
+    }
+}
+#endif
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_equals_direct_sums),
         cmocka_unit_test(test_phases_stay_exact),
         cmocka_unit_test(test_one_frequency),
+#ifdef __SIZEOF_INT128__
+        cmocka_unit_test(test_phases_equal_wide_integers),
+#endif
     };
     return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }

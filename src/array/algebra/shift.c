@@ -14,6 +14,7 @@
 #include "array/truncate/spectrum_map.h"
 #include "base/complex.h"
 #include "base/context.h"
+#include "base/elementary.h"
 
 static const double PI = 3.14159265358979323846;
 
@@ -30,13 +31,15 @@ static double shifted_term(const void *user, const size_t place[3])
     for (int a = 0; a < 3; a++) {
         const double u = (double)place[a], n = (double)dims[a];
         if (2 * place[a] == dims[a])
-            scale *= cos(PI * r->offset[a]);
+            scale *= cvol_cos(PI * r->offset[a]);
         else
             turns += (2 * place[a] < dims[a] ? u : u - n) * r->offset[a] / n;
     }
     const double phase = -2 * PI * (turns - floor(turns));
     const double complex F = cvol_spectrum_coefficient(&r->a->whole, r->a->transform, dims, place);
-    const double c = scale * cos(phase), s = scale * sin(phase);
+    double turned[2];
+    cvol_sincos(turned, phase);
+    const double c = scale * turned[0], s = scale * turned[1];
     return cvol_slot_of(r->a->transform, dims, place,
                         cvol_complex(c * creal(F) - s * cimag(F), c * cimag(F) + s * creal(F)));
 }

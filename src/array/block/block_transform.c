@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/cpu.h"
+#include "base/elementary.h"
 #include "transform/block.h"
 #include "transform/whole.h"
 
@@ -31,7 +32,7 @@ static void fill_all(void)
             for (int x = 0; x < B; x++) {
                 const double t = 2 * PI * (u * x % B) / B;
                 dct_transposed[s][x * B + u] = basis[u * B + x];
-                cas[s][u * B + x] = (float)((cos(t) + sin(t)) / sqrt(B));
+                cas[s][u * B + x] = (float)((cvol_cos(t) + cvol_sin(t)) / sqrt(B));
             }
     }
 }

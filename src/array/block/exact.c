@@ -9,6 +9,7 @@
 #include "array/block/exact_kernel.h"
 #include "array/block/lapped.h"
 #include "base/cpu.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "transform/block.h"
 #include "transform/cell.h"
@@ -47,7 +48,7 @@ static void fill_matrix(int32_t *C, int M)
         for (int x = 0; x < M; x++) {
             const int turn = f * (2 * x + 1) % (4 * M); /* of cos(2 pi turn / (4 M)) */
             C[f * M + x] = (int32_t)lrint(SCALE * sqrt((f ? 2.0 : 1.0) / M) *
-                                          cos(PI * turn / (2.0 * M)));
+                                          cvol_cos(PI * turn / (2.0 * M)));
         }
 }
 

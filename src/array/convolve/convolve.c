@@ -25,6 +25,7 @@
 #include "array/truncate/producer.h"
 #include "array/truncate/truncate.h"
 #include "base/context.h"
+#include "base/elementary.h"
 
 /* Makes `array` the result; its error bound lacks only the dropped terms. */
 static int finish(cvol_context *context, cvol_array **out, cvol_array *array,
@@ -122,7 +123,7 @@ done:
  * both arrays have, E is at most the error on the support; elsewhere at most the whole error. */
 static double error_of_product(const cvol_largest *A, const cvol_error_bound *other)
 {
-    return fmin(hypot(A->common * cvol_error_bound_support(other), A->alone * other->l2_error),
+    return fmin(cvol_hypot(A->common * cvol_error_bound_support(other), A->alone * other->l2_error),
                 fmax(A->common, A->alone) * other->l2_error);
 }
 

@@ -19,6 +19,7 @@
 
 #include "array/convolve/kernel.h"
 #include "base/context.h"
+#include "base/elementary.h"
 
 static const double PI = 3.14159265358979323846;
 
@@ -30,7 +31,9 @@ static const double SLACK = 1e-13;
 double cvol_kernel_response(const cvol_kernel_line *line, double omega)
 {
     /* Clenshaw: b_i = g_i + 2 cos(omega) b_{i+1} - b_{i+2} */
-    const double turn = 2 * cos(omega);
+    double at[2]; /* cosine and sine */
+    cvol_sincos(at, omega);
+    const double turn = 2 * at[0];
     double next = 0, after = 0;
     for (int i = line->radius; i > 0; i--) {
         const double now = line->taps[i] + turn * next - after;
@@ -38,7 +41,7 @@ double cvol_kernel_response(const cvol_kernel_line *line, double omega)
         next = now;
     }
     if (line->antisymmetric)
-        return -2 * sin(omega) * next;
+        return -2 * at[1] * next;
     return line->taps[0] + turn * next - 2 * after;
 }
 
@@ -237,7 +240,7 @@ static int gaussian_line(cvol_context *context, cvol_kernel_line *out, double si
     double sum = 0;
     for (int i = out->radius; i >= 0; i--) {
         const double x = i / sigma;
-        out->taps[i] = exp(-0.5 * x * x);
+        out->taps[i] = cvol_exp(-0.5 * x * x);
         sum += i ? 2 * out->taps[i] : out->taps[i];
     }
     for (int i = 0; i <= out->radius; i++)

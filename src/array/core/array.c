@@ -8,6 +8,7 @@
 
 #include "array/core/summary.h"
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "transform/lap.h"
 
@@ -277,8 +278,8 @@ void cvol_array_derive_figures(cvol_array *array)
     array->max_error = cvol_error_bound_point(error_bound) + half;
     array->psnr_db = (double)INFINITY;
     if (l2_error > 0)
-        array->psnr_db = 20 * log10((error_bound->value_max - error_bound->value_min) *
-                                    sqrt(samples) / l2_error);
+        array->psnr_db = 20 * cvol_log10((error_bound->value_max - error_bound->value_min) *
+                                         sqrt(samples) / l2_error);
 }
 
 /* Lapped volumes: |pre-filtered block| <= CVOL_LAP_PRE_NORM_3 |block and two samples around it|,

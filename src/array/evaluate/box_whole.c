@@ -15,6 +15,7 @@
 #include "array/evaluate/interpolant.h"
 #include "array/truncate/candidates.h"
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "transform/fft.h"
 
@@ -265,7 +266,8 @@ int cvol_whole_evaluate(cvol_context *context, float *out, const cvol_array *arr
     const double samples = (double)cvol_grid_samples(&array->grid);
     double counts[3];
     count_rows(counts, array);
-    if (cost_of_sums(array, begin, end, counts) < TRANSFORM_COST * samples * (1 + log2(samples)))
+    if (cost_of_sums(array, begin, end, counts) <
+        TRANSFORM_COST * samples * (1 + cvol_log2(samples)))
         return sum_box(context, out, array, begin, end, counts);
     return transform_all(context, out, array, begin, end);
 }

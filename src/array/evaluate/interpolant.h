@@ -12,6 +12,7 @@
 
 #include <math.h>
 
+#include "base/elementary.h"
 #include "transform/whole.h"
 
 #define CVOL_PI 3.14159265358979323846
@@ -43,14 +44,13 @@ static inline void cvol_axis_value(double phi[2], cvol_transform transform, size
 {
     if (transform == CVOL_DCT) {
         const double turns = (double)u * ((x + 0.5) / (2 * (double)n));
-        phi[0] = cos(2 * CVOL_PI * (turns - rint(turns)));
+        cvol_sincos(phi, 2 * CVOL_PI * (turns - rint(turns)));
         phi[1] = 0;
         return;
     }
     const double turns = (double)cvol_frequency(u, n) * (x / (double)n);
-    const double t = 2 * CVOL_PI * (turns - rint(turns));
-    phi[0] = cos(t);
-    phi[1] = 2 * u == n ? 0 : 2 * u < n ? sin(t) : -sin(t);
+    cvol_sincos(phi, 2 * CVOL_PI * (turns - rint(turns)));
+    phi[1] = 2 * u == n ? 0 : 2 * u < n ? phi[1] : -phi[1];
 }
 
 static inline void cvol_place_split(size_t place[3], size_t index, const size_t dims[3])

@@ -8,6 +8,8 @@
 
 #include <math.h>
 
+#include "base/elementary.h"
+
 /* n log2 n of a line, by kind; 256^3 and 1024^2, low boxes of 1/30 */
 #define NS_ROW 0.12    /* real to half complex, contiguous */
 #define NS_COLUMN 0.29 /* complex, adjacent */
@@ -60,7 +62,7 @@ static double length_factor(size_t n, cvol_transform transform)
 
 static double line_cost(size_t n, cvol_transform transform)
 {
-    return n == 1 ? 0 : (double)n * log2((double)n) * length_factor(n, transform);
+    return n == 1 ? 0 : (double)n * cvol_log2((double)n) * length_factor(n, transform);
 }
 
 /* The cheapest length >= n among all products of a power of 2 and up to 3^8, 5^4 and 7. */
@@ -155,7 +157,7 @@ double cvol_multiply_cost_direct(const cvol_multiply_task *task)
     double hull = 1, products = task->terms[0] * task->terms[1];
     for (int a = 0; a < 3; a++)
         hull *= 2 * (double)(task->extent[0][a] + task->extent[1][a]) + 1;
-    products *= task->transform == CVOL_DCT ? pow(2, task->rank) : 0.5;
+    products *= task->transform == CVOL_DCT ? ldexp(1, task->rank) : 0.5;
     if (cvol_multiply_is_dense(hull, products)) {
         const double each = hull > HASHED_LARGE && is_scattered(task) ? NS_DENSE_SCATTERED
                                                                       : NS_DENSE;
@@ -225,5 +227,5 @@ double cvol_multiply_cost_sparse(const cvol_multiply_task *task)
     const double terms = task->terms[0] + task->terms[1] +
                          (task->kept_terms >= 0 ? task->kept_terms
                                                 : task->terms[0] * task->terms[1]);
-    return 1e-6 * (NS_SPARSE_CALL + NS_SPARSE * terms * log2(terms + 2));
+    return 1e-6 * (NS_SPARSE_CALL + NS_SPARSE * terms * cvol_log2(terms + 2));
 }

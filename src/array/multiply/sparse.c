@@ -32,6 +32,7 @@
 #include "array/truncate/account.h"
 #include "array/truncate/producer.h"
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "transform/fft.h"
 
@@ -173,19 +174,19 @@ static int choose_plan(cvol_context *context, cvol_array *out, cvol_build_result
 static int find_least(cvol_context *context, double *least, const cvol_array *a,
                       const cvol_array *b, double allowed)
 {
-    double spent, low = -40, high = log2(allowed + 1e-300);
+    double spent, low = -40, high = cvol_log2(allowed + 1e-300);
     *least = 0;
     for (int step = 0; step < 10 && low < high; step++) {
         cvol_sparse_terms terms[2] = {{0}, {0}};
         const double middle = (low + high) / 2;
-        const int rc = make_terms(context, terms, &spent, a, b, exp2(middle));
+        const int rc = make_terms(context, terms, &spent, a, b, cvol_pow(2, middle));
         cvol_sparse_terms_free(&terms[0]);
         cvol_sparse_terms_free(&terms[1]);
         if (rc)
             return rc;
         *(spent <= allowed / 2 ? &low : &high) = middle;
         if (spent <= allowed / 2)
-            *least = exp2(middle);
+            *least = cvol_pow(2, middle);
     }
     return CVOL_OK;
 }

@@ -10,6 +10,7 @@
 
 #include "array/multiply/sparse.h"
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 
 #define PI 3.14159265358979323846
@@ -19,7 +20,7 @@
 static double transforms_ns(double count)
 {
     const double each = count <= 1 << 19 ? 0.15 : count <= 1 << 21 ? 0.2 : 0.3;
-    return 3 * each * count * log2(count + 1);
+    return 3 * each * count * cvol_log2(count + 1);
 }
 
 static double full_ns(const cvol_sparse_shape *shape)
@@ -113,8 +114,7 @@ static int make_node_roots(cvol_context *context, cvol_sparse_shape *shape)
             return cvol_fail_memory(context, 2 * count * sizeof(double), "roots of unity");
         for (size_t t = 0; t < count; t++) {
             const double turn = 2 * PI * (double)t / (double)count;
-            shape->node_roots[a][2 * t] = cos(turn);
-            shape->node_roots[a][2 * t + 1] = sin(turn);
+            cvol_sincos(shape->node_roots[a] + 2 * t, turn);
         }
     }
     return CVOL_OK;

@@ -14,6 +14,7 @@
 
 #include "array/multiply/sparse.h"
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "base/thread.h"
 #include "transform/fft.h"
@@ -41,12 +42,16 @@ int cvol_sparse_roots_make(cvol_context *context, cvol_sparse_roots roots[3],
         }
         const double angle = 2 * PI / (double)r->n;
         for (size_t j = 0; j < low; j++) {
-            r->low[2 * j] = (float)cos(angle * (double)j);
-            r->low[2 * j + 1] = (float)sin(angle * (double)j);
+            double root[2];
+            cvol_sincos(root, angle * (double)j);
+            r->low[2 * j] = (float)root[0];
+            r->low[2 * j + 1] = (float)root[1];
         }
         for (size_t j = 0; j < high; j++) {
-            r->high[2 * j] = (float)cos(angle * (double)(j << r->low_bits));
-            r->high[2 * j + 1] = (float)sin(angle * (double)(j << r->low_bits));
+            double root[2];
+            cvol_sincos(root, angle * (double)(j << r->low_bits));
+            r->high[2 * j] = (float)root[0];
+            r->high[2 * j + 1] = (float)root[1];
         }
     }
     return CVOL_OK;

@@ -11,6 +11,7 @@
 #include "array/truncate/producer.h"
 #include "array/truncate/truncate.h"
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "transform/whole.h"
 
@@ -211,7 +212,7 @@ int cvol_sparse_keep(cvol_context *context, cvol_array *out, cvol_build_result *
     const cvol_candidates candidates = {
         .places = terms.places, .values = terms.values, .count = terms.count};
     rc = cvol_truncate(context, out, &dropped, &candidates, &rest);
-    result->dropped = spent + rounding + hypot(dropped, lost);
+    result->dropped = spent + rounding + cvol_hypot(dropped, lost);
     result->max_abs = -1;
     *kept = !rc;
 done:

@@ -6,6 +6,7 @@
 
 #include "array/truncate/producer.h"
 #include "base/context.h"
+#include "base/elementary.h"
 #include "transform/lap.h"
 
 /* The loss of a sample by float32 underflow, times the square root of the number of samples: the
@@ -77,7 +78,8 @@ double cvol_array_allowed(const cvol_array *array, const cvol_keep *keep)
     if (keep->rule == CVOL_KEEP_L2)
         return keep->value;
     if (keep->rule == CVOL_KEEP_PSNR && range > 0)
-        return range * sqrt((double)cvol_grid_samples(&array->grid)) * pow(10, -keep->value / 20);
+        return range * sqrt((double)cvol_grid_samples(&array->grid)) *
+               cvol_pow(10, -keep->value / 20);
     return (double)INFINITY;
 }
 

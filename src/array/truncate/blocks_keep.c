@@ -8,6 +8,7 @@
 #include "array/core/share.h"
 #include "array/truncate/result_block.h"
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 
 /* A result is quantized so that it loses at most this share of the bound that the inputs carry,
@@ -31,7 +32,7 @@ static cvol_keep resolve(const cvol_array *out, const cvol_keep *keep, double we
 {
     if (keep->rule != CVOL_KEEP_LIKE_INPUTS)
         return *keep;
-    const double expected = hypot(weight_a * loss_of(a), weight_b * loss_of(b));
+    const double expected = cvol_hypot(weight_a * loss_of(a), weight_b * loss_of(b));
     const cvol_error_bound *bound = &out->error_bound;
     const double allowed = fmin(SHARE_OF_BOUND * (bound->l2_error - 2 * bound->default_loss),
                                 SHARE_OF_EXPECTED * expected);

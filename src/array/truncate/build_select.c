@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 
 int cvol_bins_make(cvol_bins *out)
@@ -71,7 +72,7 @@ double cvol_select_allowed(const cvol_array *array, const cvol_keep *keep)
         return keep->value;
     const cvol_error_bound *error_bound = &array->error_bound;
     return (error_bound->value_max - error_bound->value_min) *
-           sqrt((double)cvol_grid_samples(&array->grid)) * pow(10, -keep->value / 20);
+           sqrt((double)cvol_grid_samples(&array->grid)) * cvol_pow(10, -keep->value / 20);
 }
 
 /* ---- rules that limit the number of terms ---------------------------------------------------- */

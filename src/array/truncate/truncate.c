@@ -22,6 +22,7 @@
 #include "array/truncate/candidates.h"
 #include "array/truncate/low_box.h"
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 
 typedef struct truncation {
@@ -76,7 +77,7 @@ static int find_limit(truncation *t, cvol_keep_rule *rule)
         return CVOL_OK;
     case CVOL_KEEP_PSNR:
         if (range > 0)
-            return find_energy(t, range * sqrt(samples) * pow(10, -value / 20));
+            return find_energy(t, range * sqrt(samples) * cvol_pow(10, -value / 20));
         *rule = CVOL_KEEP_ALL;
         return CVOL_OK;
     case CVOL_KEEP_L2:

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "array/core/share.h"
+#include "base/elementary.h"
 #include "codec/quantize/coding.h"
 #include "codec/quantize/split_extension.h"
 #include "codec/quantize/true_length.h"
@@ -167,7 +168,7 @@ void cvol_subbands_bound_level(cvol_array *array, const double norm[CVOL_SUBBAND
 {
     double left = 0;
     for (int s = CVOL_SUBBANDS - level; s < CVOL_SUBBANDS; s++)
-        left = hypot(left, norm[s]);
+        left = cvol_hypot(left, norm[s]);
     left *= NORM_ROUNDING * (array->lapped ? CVOL_LAP_POST_NORM_3 : 1);
     cvol_error_bound_widen(&array->error_bound, left, left);
     array->error_bound.max_abs += left;

@@ -6,6 +6,7 @@
 #include <pthread.h>
 #include <string.h>
 
+#include "base/elementary.h"
 #include "codec/entropy/token_tables.h"
 
 /* The approximate cost in bits of a changed code, and of a row with such codes. */
@@ -19,9 +20,9 @@ static pthread_once_t codes_once = PTHREAD_ONCE_INIT;
 static void fill_codes(void)
 {
     for (int code = 0; code < 256; code++) {
-        probabilities[code] = 1 / (1 + exp((127.5 - code) / 12.75));
-        log_here[code] = log2(probabilities[code]);
-        log_beyond[code] = log2(1 - probabilities[code]);
+        probabilities[code] = 1 / (1 + cvol_exp((127.5 - code) / 12.75));
+        log_here[code] = cvol_log2(probabilities[code]);
+        log_beyond[code] = cvol_log2(1 - probabilities[code]);
     }
 }
 
@@ -35,7 +36,7 @@ static double bits_of(int code, double here, double beyond)
 static int best_code(double here, double beyond, int prior)
 {
     const double p = (here + 0.5 * probabilities[prior]) / (here + beyond + 0.5);
-    const double code = 127.5 + 12.75 * log(p / (1 - p));
+    const double code = 127.5 + 12.75 * cvol_log(p / (1 - p));
     int change = (int)lrint((code - prior) / CVOL_CODE_STEP) * CVOL_CODE_STEP;
     while (prior + change < 0)
         change += CVOL_CODE_STEP;

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "codec/neural/neural_internal.h"
 #include "codec/quantize/trellis.h"
@@ -55,7 +56,7 @@ static pthread_once_t bits_once = PTHREAD_ONCE_INIT;
 static void fill_bits(void)
 {
     for (int i = 0; i < 2 * (CVOL_NEURAL_LOGIT_MAX + 1); i++)
-        bits_by_logit[i] = (float)log2(1 + exp((2048 - i) / 256.0));
+        bits_by_logit[i] = (float)cvol_log2(1 + cvol_exp((2048 - i) / 256.0));
 }
 
 static float bits_of(int logit, int bit)
@@ -200,7 +201,7 @@ static void try_ending(ending *best, const cvol_neural_chooser *c, const price *
 {
     for (int s = 0; s < CVOL_STATES; s++) {
         const int odd_values = s & 1, kind = kind_of(s);
-        const float more_bits = log2f(1 - exp2f(-w->zero[kind]) + 1e-6f);
+        const float more_bits = cvol_log2f(1 - cvol_exp2f(-w->zero[kind]) + 1e-6f);
         for (int is_odd = 0; is_odd < 2; is_odd++) {
             const uint32_t index = is_odd ? nearest_odd(size, odd_values)
                                           : nearest_even(size, odd_values);

@@ -1,4 +1,5 @@
 /* Computes the context of a coefficient from its surroundings. */
+#include "base/elementary.h"
 #include "codec/neural/neural_internal.h"
 #include "codec/quantize/trellis_states.h"
 
@@ -47,13 +48,14 @@ static void fill_tables(void)
     pair_weights(&cvol_neural_magnitude_pairs, &cvol_neural_magnitudes);
     pair_weights(&cvol_neural_sign_pairs, &cvol_neural_signs);
     for (int m = 0; m <= CVOL_NEURAL_LIMIT; m++)
-        classes[m] = (uint8_t)floor(10 * log2(1.0 + m) + 0.5);
+        classes[m] = (uint8_t)floor(10 * cvol_log2(1.0 + m) + 0.5);
     cvol_logistic_fill();
     for (int n = 1; n <= 16; n++)
         for (int k = 0; k < n; k++)
             for (int x = 0; x < n; x++)
                 cvol_neural_cosines.of[n][k][x] = (int32_t)floor(
-                    1024 * sqrt((k ? 2.0 : 1.0) / n) * cos(PI * k * (2 * x + 1) / (2.0 * n)) + 0.5);
+                    1024 * sqrt((k ? 2.0 : 1.0) / n) * cvol_cos(PI * k * (2 * x + 1) / (2.0 * n)) +
+                    0.5);
     for (int n = 1; n < 9; n++)
         shares[n] = (uint16_t)(65535 / n);
 }

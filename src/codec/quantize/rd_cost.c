@@ -4,13 +4,15 @@
 #include <math.h>
 #include <pthread.h>
 
+#include "base/elementary.h"
+
 static float bits_by_frequency[(1 << CVOL_TOKEN_SCALE) + 1];
 static pthread_once_t bits_once = PTHREAD_ONCE_INIT;
 
 static void fill_bits(void)
 {
     for (int f = 1; f <= 1 << CVOL_TOKEN_SCALE; f++)
-        bits_by_frequency[f] = CVOL_TOKEN_SCALE - log2f((float)f);
+        bits_by_frequency[f] = CVOL_TOKEN_SCALE - cvol_log2f((float)f);
 }
 
 void cvol_token_costs_set(cvol_token_costs *costs, const cvol_token_tables *tables)

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/cpu.h"
+#include "base/elementary.h"
 #include "codec/quantize/quantize.h"
 #include "codec/quantize/true_length_kernel.h"
 
@@ -26,7 +27,7 @@ static void fill_basis(void)
         for (int k = 0; k < length; k++)
             for (int x = 0; x < CVOL_CELL; x++)
                 basis[length][k][x] = sqrt((k ? 2.0 : 1.0) / length) *
-                                      cos(PI * k * (x + 0.5) / length);
+                                      cvol_cos(PI * k * (x + 0.5) / length);
 }
 
 /* Fills in a sub-block of side M with n samples inside, at places first, first + apart, ... */

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/elementary.h"
 #include "codec/container/array_file.h"
 #include "codec/container/ranges.h"
 #include "codec/quantize/coding.h"
@@ -131,7 +132,7 @@ static int try_ratio(void *user, int number, double step, double *miss,
     }
     if (ratio >= c->value && ratio <= c->value * search->accepted)
         *verdict = CVOL_SEARCH_ENOUGH;
-    *miss = log(ratio / c->value / search->aim);
+    *miss = cvol_log(ratio / c->value / search->aim);
     return CVOL_OK;
 }
 

@@ -16,6 +16,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/elementary.h"
 #include "codec/rate/compress_options.h"
 #include "codec/rate/compress_residual.h"
 #include "codec/rate/compress_terms.h"
@@ -73,7 +74,7 @@ static int judge_lossless(cvol_context *context, int *out, const cvol_array *arr
 {
     const cvol_residual_data *residual = cvol_residual_of(array);
     const double span = array->error_bound.value_max - array->error_bound.value_min;
-    const double error = span * span * pow(10, -array->psnr_db / 10);
+    const double error = span * span * cvol_pow(10, -array->psnr_db / 10);
     *out = 0;
     if (residual && residual->kind != CVOL_RESIDUAL_BOUNDED)
         return CVOL_OK;
@@ -84,7 +85,7 @@ static int judge_lossless(cvol_context *context, int *out, const cvol_array *arr
     const double packed = cvol_packed_estimate(samples, &array->grid);
     *out = packed <= REPEATED * bytes + REPEATED_MORE ||
            ((cvol_type_is_integer(array->grid.type) || array->psnr_db > EXACT_PSNR) &&
-            error < EXACT_ERROR * pow(grain_of(samples, &array->grid), 2));
+            error < EXACT_ERROR * cvol_pow(grain_of(samples, &array->grid), 2));
     if (*out || packed > LABELS_REPEATED * bytes || options->has_fill ||
         cvol_labels_judge(samples, &array->grid) == CVOL_LABELS_NOT)
         return CVOL_OK;

@@ -8,6 +8,7 @@
 
 #include "array/core/summary.h"
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "codec/container/array_file.h"
 #include "codec/container/ranges.h"
@@ -376,7 +377,7 @@ static int run_bound(modes *m, int *same)
         if (code || short_of <= 0)
             return code;
         /* The PSNR is too low: take a finer base. */
-        step *= pow(10, -(short_of + 0.1) / 20);
+        step *= cvol_pow(10, -(short_of + 0.1) / 20);
         m->mask = m->attempt.array->mask;
         m->attempt.array->mask = NULL;
     }

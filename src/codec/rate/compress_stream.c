@@ -9,6 +9,7 @@
 
 #include "array/core/summary.h"
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "codec/container/writer.h"
 #include "codec/quantize/coding.h"
@@ -226,7 +227,7 @@ static double miss_of(const cvol_compression *c, const cvol_array *found, int *k
     const double ratio = (double)c->raw_bytes / (double)c->file_bytes;
     *kept = ratio >= c->value;
     *good = ratio >= c->value && ratio <= c->value * CVOL_RATIO_MAX * 0.998;
-    return log(ratio / c->value / CVOL_RATIO_AIM);
+    return cvol_log(ratio / c->value / CVOL_RATIO_AIM);
 }
 
 static int write_file(cvol_compression *c, stream_attempt *a, const file_start *start)

@@ -8,6 +8,7 @@
 
 #include "array/core/summary.h"
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "codec/brick/brick_shape.h"
 #include "codec/container/section_pack.h"
@@ -363,7 +364,7 @@ int cvol_attempt_pass(cvol_context *context, cvol_attempt *attempt, double step,
                       const cvol_brick_sink *sink, cvol_strip_callback *after, void *user)
 {
     cvol_attempt_set_step(attempt, step);
-    const double left = pow(0.5, attempt->count++);
+    const double left = ldexp(1, -attempt->count++);
     const cvol_encode_pass pass = {.shape = attempt->shape,
                                    .source = &attempt->source,
                                    .tables = attempt->tables,
@@ -437,7 +438,7 @@ double cvol_attempt_psnr(const cvol_attempt *attempt)
     const double span = attempt->shape->error_bound.value_max -
                         attempt->shape->error_bound.value_min;
     const double error = attempt->result.error * attempt->error_share / (double)attempt->inside;
-    return 10 * log10(span * span / error);
+    return 10 * cvol_log10(span * span / error);
 }
 
 /* Progress during decoding and measuring: stays at the fraction that encoding reached. */
@@ -480,7 +481,8 @@ static int decode(cvol_context *context, cvol_attempt *attempt)
 
 int cvol_attempt_decode(cvol_context *context, cvol_attempt *attempt)
 {
-    standing at = {context->progress, context->progress_user, 0.9 * (1 - pow(0.5, attempt->count))};
+    standing at = {context->progress, context->progress_user,
+                   0.9 * (1 - ldexp(1, -attempt->count))};
     drop(attempt, &attempt->array);
     if (at.progress)
         cvol_context_set_progress(context, report_standing, &at);

@@ -9,6 +9,7 @@
 #include "array/truncate/account.h"
 #include "base/context.h"
 #include "base/cpu.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "codec/rate/compare_rows.h"
 #include "cvol/codec.h"
@@ -314,5 +315,5 @@ void cvol_array_set_measured(cvol_array *array, const cvol_distance *distance)
     array->max_error = distance->max_error;
     array->psnr_db = (double)INFINITY;
     if (distance->l2_error > 0)
-        array->psnr_db = 20 * log10(span * sqrt(samples) / distance->l2_error);
+        array->psnr_db = 20 * cvol_log10(span * sqrt(samples) / distance->l2_error);
 }

@@ -5,19 +5,22 @@
 
 #include <math.h>
 
+#include "base/elementary.h"
+
 /* Without a bracket, a proposal is at most this factor from the last step. */
-#define STRIDE_MAX log(32.0)
+#define STRIDE_MAX cvol_log(32.0)
 /* A bracket whose ends are less than this factor e apart may be stale. */
 #define STALE_WIDTH 0.05
 
 cvol_search cvol_search_make(double least_step, double most_step, double slope)
 {
-    return (cvol_search){.least = log(least_step), .most = log(most_step), .slope = slope};
+    return (cvol_search){
+        .least = cvol_log(least_step), .most = cvol_log(most_step), .slope = slope};
 }
 
 void cvol_search_report(cvol_search *search, double step, double miss)
 {
-    const double place = log(step);
+    const double place = cvol_log(step);
     const int side = miss < 0 ? -1 : 1;
     if (search->has_low && search->has_high && side == search->last_side) {
         /* The other end stays: halve its miss, so that it moves at last (Illinois). */
@@ -62,7 +65,7 @@ double cvol_search_next(const cvol_search *search)
     } else {
         place = (search->least + search->most) / 2;
     }
-    return exp(clamp(place, search->least, search->most));
+    return cvol_exp(clamp(place, search->least, search->most));
 }
 
 double cvol_search_slope(const cvol_search *search)

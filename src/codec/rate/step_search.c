@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "base/context.h"
+#include "base/elementary.h"
 #include "codec/quantize/coding.h"
 #include "transform/lap.h"
 
@@ -32,7 +33,7 @@ double cvol_compression_sample_miss(const cvol_compression *c)
         return (c->value + (c->attempt.fast ? CVOL_PSNR_FAST_AIM : 0) -
                 cvol_attempt_psnr(&c->attempt)) /
                CVOL_DB_PER_E;
-    return log((double)c->raw_bytes / c->value / CVOL_RATIO_AIM / (double)c->attempt.bytes);
+    return cvol_log((double)c->raw_bytes / c->value / CVOL_RATIO_AIM / (double)c->attempt.bytes);
 }
 
 /* The start of the search. */
@@ -40,8 +41,9 @@ static double first_step(const cvol_compression *c)
 {
     const double span = c->attempt.shape->error_bound.value_max -
                         c->attempt.shape->error_bound.value_min;
-    const double plain = c->target == CVOL_TARGET_PSNR ? 3 * span * exp(-c->value / CVOL_DB_PER_E)
-                                                       : span * FIRST_STEP * c->value;
+    const double plain = c->target == CVOL_TARGET_PSNR
+                             ? 3 * span * cvol_exp(-c->value / CVOL_DB_PER_E)
+                             : span * FIRST_STEP * c->value;
     const double step = plain *
                         (cvol_coding_of(c->attempt.shape)->trellis ? TRELLIS_STEP_SHARE : 1);
     return fmin(fmax(step, c->least_step), c->most_step);
@@ -180,7 +182,7 @@ void cvol_compression_limits(cvol_compression *c)
     double least = span * 0x1p-23;
     if (cvol_type_is_integer(shape->grid.type)) {
         /* Errors of at most step / 2 in each of B^3 coefficients sum to less than 1/2. */
-        const double exact = 0.99 / pow(shape->block, 1.5);
+        const double exact = 0.99 / cvol_pow(shape->block, 1.5);
         least = least < exact ? exact : least;
     }
     if (least < largest * 0x1.01p-30)

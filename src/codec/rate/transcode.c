@@ -15,6 +15,7 @@
 #include "array/truncate/account.h"
 #include "array/truncate/producer.h"
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "codec/brick/brick_shape.h"
 #include "codec/brick/coded.h"
@@ -95,7 +96,7 @@ static void account(const transcoding *t, cvol_array *array)
 static double psnr_of(const cvol_array *array, double l2_error)
 {
     const double span = array->error_bound.value_max - array->error_bound.value_min;
-    return 20 * log10(span * sqrt((double)cvol_grid_samples(&array->grid)) / l2_error);
+    return 20 * cvol_log10(span * sqrt((double)cvol_grid_samples(&array->grid)) / l2_error);
 }
 
 /* Tries bound the distance of coefficients. The distance of the two arrays' samples bounds more
@@ -120,7 +121,7 @@ static int account_samples(const transcoding *t, cvol_array *array)
     if (!from->measured || cvol_mask_is_void(from->mask)) /* a PSNR of fewer samples */
         return CVOL_OK;
     const double span = from->error_bound.value_max - from->error_bound.value_min;
-    const double off = span * samples * pow(10, -from->psnr_db / 20) * (1 + 1e-9);
+    const double off = span * samples * cvol_pow(10, -from->psnr_db / 20) * (1 + 1e-9);
     array->max_error = fmin(array->max_error, (from->max_error + apart.most) * (1 + 1e-9));
     array->psnr_db = fmax(array->psnr_db, psnr_of(array, off + apart.stored_l2));
     return CVOL_OK;
@@ -178,7 +179,7 @@ static double miss_of(const transcoding *t, int *kept, int *good)
     const double ratio = ratio_of(t);
     *kept = ratio >= t->value;
     *good = ratio >= t->value && ratio <= t->value * CVOL_RATIO_ACCEPTED;
-    return log(ratio / t->value / CVOL_RATIO_AIM);
+    return cvol_log(ratio / t->value / CVOL_RATIO_AIM);
 }
 
 static int fail_finer(const transcoding *t)
@@ -329,9 +330,9 @@ static int search_step(transcoding *t, cvol_coarseness *out, int *reached)
         return code;
     if (tries.is_finer)
         return search_own_step(t, out, reached);
-    const double finest = search.has_low && search.has_high ? exp(search.low) : 0;
+    const double finest = search.has_low && search.has_high ? cvol_exp(search.low) : 0;
     for (int i = 0; i < FINER_MAX && !tries.good && finest > 0; i++) {
-        code = search_weight(t, &tries.best, fmax(finest * pow(FINER, i), least), &tries.good);
+        code = search_weight(t, &tries.best, fmax(finest * cvol_pow(FINER, i), least), &tries.good);
         if (code)
             return code;
     }

@@ -8,6 +8,7 @@
 
 #include "array/block/exact.h"
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/for_type.h"
 #include "base/memory.h"
 
@@ -250,7 +251,8 @@ int cvol_measure_stored(cvol_context *context, cvol_array *array, const void *sa
     const double span = array->error_bound.value_max - array->error_bound.value_min;
     array->measured = 1;
     array->max_error = most;
-    array->psnr_db = squares > 0 ? 20 * log10(span * sqrt(counted / squares)) : (double)INFINITY;
+    array->psnr_db = squares > 0 ? 20 * cvol_log10(span * sqrt(counted / squares))
+                                 : (double)INFINITY;
     if (isfinite(real_squares)) /* floats of samples beyond their range are infinite */
         include_error(&array->error_bound, sqrt(real_squares), real_most);
     return CVOL_OK;

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/elementary.h"
 #include "base/grid.h"
 #include "base/memory.h"
 #include "volume/io/format.h"
@@ -164,7 +165,7 @@ static void edges_of(const mrc *m, double out[3][3])
     for (int i = 0; i < 3; i++) {
         double angle = get_real(m, ANGLES + i);
         const int odd = angle > 0 && angle < 180 && fabs(angle - 90) > 1e-4;
-        c[i] = odd ? cos(angle * 3.14159265358979323846 / 180) : 0;
+        c[i] = odd ? cvol_cos(angle * 3.14159265358979323846 / 180) : 0;
     }
     const double s = sqrt(1 - c[2] * c[2]), u = (c[0] - c[1] * c[2]) / s;
     const double rest = 1 - c[1] * c[1] - u * u;

@@ -111,11 +111,11 @@ int cvol_zarr_set_fill(cvol_zarr_array *array, const cvol_zarr_json *json, const
         return CVOL_OK;
     }
     if (right && (cvol_type_is_integer(array->type) || array->wide)) {
-        const double size = 8 * (double)cvol_type_size(array->type);
+        const int bits = 8 * (int)cvol_type_size(array->type);
         const int is_signed = array->type == CVOL_INT8 || array->type == CVOL_INT16 ||
                               array->type == CVOL_INT32 || array->wide == CVOL_WIDE_INT64;
-        const double least = is_signed ? -exp2(size - 1) : 0;
-        const double end = exp2(is_signed ? size - 1 : size); /* the first that is too large */
+        const double least = is_signed ? -ldexp(1, bits - 1) : 0;
+        const double end = ldexp(1, is_signed ? bits - 1 : bits); /* the first that is too large */
         right = number >= least && number < end && !(number < floor(number)) &&
                 !(number > floor(number));
     } else if (right && isfinite(number) && array->type == CVOL_FLOAT32)
