@@ -30,8 +30,7 @@ static cvol_dd series(cvol_dd x, const cvol_dd *c, int count, double rest)
     return sum;
 }
 
-/* ---- sine and cosine ----------------------------------------------------------------------------
- */
+/* ---- sine and cosine ------------------------------------------------------------------------- */
 
 #define TWO_OVER_PI 0x1.45f306dc9c883p-1
 /* pi / 2 is the sum of two numbers of 33 bits, whose multiples are exact, and of a double. */

@@ -96,8 +96,7 @@ static __thread int is_inside __attribute__((tls_model("initial-exec")));
         is_inside--;                              \
     }
 
-/* ---- reports ------------------------------------------------------------------------------------
- */
+/* ---- reports --------------------------------------------------------------------------------- */
 
 static void put(int fd, const char *text)
 {
@@ -181,8 +180,7 @@ static void report_records(void)
     syscall(SYS_close, fd);
 }
 
-/* ---- which calls count --------------------------------------------------------------------------
- */
+/* ---- which calls count ----------------------------------------------------------------------- */
 
 static const char *base_of(const char *path)
 {
@@ -262,8 +260,7 @@ static size_t take_space(size_t size, void *caller)
     return size;
 }
 
-/* ---- memory -------------------------------------------------------------------------------------
- */
+/* ---- memory ---------------------------------------------------------------------------------- */
 
 /* dlsym() may allocate; the C library's own functions serve until the next ones are known. */
 // NOLINTBEGIN(bugprone-reserved-identifier): names of the C library
@@ -333,8 +330,7 @@ PUBLIC int posix_memalign(void **memory, size_t alignment, size_t size)
     return next(memory, alignment, size);
 }
 
-/* ---- reads and writes ---------------------------------------------------------------------------
- */
+/* ---- reads and writes ------------------------------------------------------------------------ */
 
 PUBLIC ssize_t read(int fd, void *data, size_t size)
 {
@@ -390,8 +386,7 @@ PUBLIC ssize_t pwrite64(int fd, const void *data, size_t size, off_t offset)
     return next(fd, data, shorten(size, CALLER), offset);
 }
 
-/* ---- files --------------------------------------------------------------------------------------
- */
+/* ---- files ----------------------------------------------------------------------------------- */
 
 static int has_mode(int flags)
 {
@@ -609,8 +604,7 @@ PUBLIC int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, v
     return result;
 }
 
-/* ---- streams ------------------------------------------------------------------------------------
- */
+/* ---- streams --------------------------------------------------------------------------------- */
 
 static int fd_of(void *cookie)
 {
@@ -719,8 +713,7 @@ PUBLIC FILE *fdopen(int fd, const char *mode)
     return stream_of(fd, mode);
 }
 
-/* ---- begin and end ------------------------------------------------------------------------------
- */
+/* ---- begin and end --------------------------------------------------------------------------- */
 
 static unsigned long number_of(const char *name)
 {

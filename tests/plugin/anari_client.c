@@ -19,8 +19,7 @@ static int failures;
         }                                                                \
     } while (0)
 
-/* ---- messages ---------------------------------------------------------------------------------
- */
+/* ---- messages -------------------------------------------------------------------------------- */
 
 static char last_message[512];
 static int messages;
@@ -46,8 +45,7 @@ static int was_told(const char *text)
     return right;
 }
 
-/* ---- a scene ----------------------------------------------------------------------------------
- */
+/* ---- a scene --------------------------------------------------------------------------------- */
 
 /* Samples are those of a field of uint8 (values 0 to 255, or 0 to 1 as UFIXED8) or floats. */
 typedef struct volume_of_test {
@@ -91,8 +89,7 @@ static volume_of_test make_volume(void)
     return v;
 }
 
-/* ---- the oracle -------------------------------------------------------------------------------
- */
+/* ---- the oracle ------------------------------------------------------------------------------ */
 
 static double sample_at(const volume_of_test *v, const double p[3], int *inside)
 {
@@ -205,8 +202,7 @@ static void cast(const volume_of_test *v, const view_of_test *c, double s, doubl
     }
 }
 
-/* ---- objects ----------------------------------------------------------------------------------
- */
+/* ---- objects --------------------------------------------------------------------------------- */
 
 static void set_and_release(ANARIDevice d, ANARIObject o, const char *name, ANARIDataType type,
                             ANARIObject value)
@@ -313,8 +309,7 @@ static const void *draw(ANARIDevice d, ANARIFrame frame, const char *channel, ui
     return anariMapFrame(d, frame, channel, &size[0], &size[1], &type);
 }
 
-/* ---- pictures ---------------------------------------------------------------------------------
- */
+/* ---- pictures -------------------------------------------------------------------------------- */
 
 /* Bounds of the difference of a picture from the oracle: that of interpolation between slices, and
  * of compression at 60 dB. Depths are compared where the opacity rises well above one half:
@@ -428,8 +423,7 @@ static void check_pictures(ANARIDevice d)
     free(v.samples);
 }
 
-/* ---- everything else --------------------------------------------------------------------------
- */
+/* ---- everything else ------------------------------------------------------------------------- */
 
 static int deleted;
 

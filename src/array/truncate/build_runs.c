@@ -186,8 +186,7 @@ static int note_candidates(cvol_build_run *r, const workplace *w, const cvol_sca
     return CVOL_OK;
 }
 
-/* ---- isolated coefficients --------------------------------------------------------------------
- */
+/* ---- isolated coefficients ------------------------------------------------------------------- */
 
 /* The magnitude of the coefficient `apart` places before `place` along an axis, in steps; 1 if
  * there is none. */
