@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Prints the largest difference of two PNG files of 8 bits, of 255, or 'sizes differ'. Needs Python alone.
 
-usage: picture_difference.py A.png B.png
+usage: picture_difference.py [--details] A.png B.png
+
+--details: also the mean difference, and the percentage of pixels with a difference above 2.
 """
 import struct
 import sys
@@ -43,10 +45,17 @@ def read(path):
 
 
 def main():
-    first, second = read(sys.argv[1]), read(sys.argv[2])
+    details = sys.argv[1] == "--details"
+    first, second = (read(path) for path in sys.argv[1 + details:])
     if first[:3] != second[:3]:
         sys.exit("sizes differ")
-    print(max((abs(a - b) for a, b in zip(first[3], second[3])), default=0))
+    differences, channels = [abs(a - b) for a, b in zip(first[3], second[3])], first[2]
+    largest = max(differences, default=0)
+    if not details:
+        print(largest)
+        return
+    above = sum(max(differences[i:i + channels]) > 2 for i in range(0, len(differences), channels))
+    print(largest, f"{sum(differences) / len(differences):.3f}", f"{100 * channels * above / len(differences):.3f}")
 
 
 if __name__ == "__main__":

@@ -32,7 +32,9 @@ typedef enum cvol_mode {
  *     F (ambient + diffuse max(0, n l)) + specular max(0, r e)^shininess,   r = 2 (n l) n - l,
  *
  * where l is the direction of the light, e that of the eye, and n that of the gradient, turned
- * towards e (surfaces have two sides). e is that of parallel projection, in perspective too.
+ * towards e (surfaces have two sides). e is that of parallel projection, in perspective too. Where
+ * a surface is seen edge-on, k = 16 |n e| < 1, n l becomes k n l + (1 - k) |n e| l e: light is the
+ * same on both sides, and does not jump from one to the other.
  *
  * Where samples hardly change, noise and rounding decide the direction of the gradient g. There
  * n l and n e move towards l e and 1, by f^2 / (|g|^2 + f^2) of what lies between: matter without a

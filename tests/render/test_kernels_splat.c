@@ -99,7 +99,9 @@ static int light_reference(double out[4], const float *from, int i)
         if (fabs(seen) < 1e-4 || fabs(lit) < 1e-4)
             return 0;
         const double flatness = (double)light.flat / (length * length + (double)light.flat);
-        lit = seen < 0 ? -lit : lit;
+        const double both = fabs(seen) * (double)light.facing_light,
+                     share = fmin(16 * fabs(seen), 1);
+        lit = both + share * ((seen < 0 ? -lit : lit) - both);
         lit = lit * (1 - flatness) + (double)light.facing_light * flatness;
         seen = fabs(seen) * (1 - flatness) + flatness;
         if (fabs(lit) < 1e-4)

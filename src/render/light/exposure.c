@@ -9,6 +9,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "render/light/sweep.h"
+#include "render/view/light.h"
 #include "render/view/shading.h"
 
 #define DIMMER 0.9
@@ -71,7 +72,7 @@ static double phong_of(const brightness_job *job, size_t i)
         facing += eye[a] * job->light[a];
     }
     const double flat = job->flat * job->flat, flatness = flat / (length * length + flat + 1e-30);
-    lit = (seen < 0 ? -lit : lit) * (1 - flatness) + facing * flatness;
+    lit = cvol_light_turn(lit, seen, facing) * (1 - flatness) + facing * flatness;
     seen = fabs(seen) * (1 - flatness) + flatness;
     return shading->ambient + shading->diffuse * fmax(lit, 0) +
            job->options->illumination.fill * seen;

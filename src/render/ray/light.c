@@ -14,6 +14,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "render/view/light.h"
+
 cvol_ray_light cvol_ray_light_make(const cvol_render_options *options, const cvol_view *view,
                                    const cvol_grid *grid, double flat)
 {
@@ -88,13 +90,14 @@ cvol_ray_lit cvol_ray_light_at(const cvol_ray_light *light, const cvol_ray_reade
     double n[3], reach[3];
     cvol_ray_gradient(n, reach, light, reader, place, value);
     const double steepness = sqrt(dot(n, n));
-    const double turn = dot(n, light->eye) < 0 ? -1 : 1;
     for (int a = 0; a < 3; a++)
-        n[a] = steepness > CVOL_RAY_FLAT ? turn * n[a] / steepness : light->eye[a];
+        n[a] = steepness > CVOL_RAY_FLAT ? n[a] / steepness : light->eye[a];
     const double square = steepness * steepness + 1e-30, flat = light->flat * light->flat;
     const double facing = dot(shading->light, light->eye), flatness = flat / (square + flat);
-    const double lit = dot(n, shading->light) * (1 - flatness) + facing * flatness;
-    const double seen = dot(n, light->eye) * (1 - flatness) + flatness;
+    const double to_eye = dot(n, light->eye);
+    const double lit = cvol_light_turn(dot(n, shading->light), to_eye, facing) * (1 - flatness) +
+                       facing * flatness;
+    const double seen = fabs(to_eye) * (1 - flatness) + flatness;
     const double along = 2 * lit * seen - facing;
     const double gloss = lit > 0 ? shading->specular * pow(fmax(along, 0), shading->shininess) : 0;
     const double reaching = light->factor_at ? light->factor_at(light->source, place) : 1;

@@ -10,7 +10,9 @@
  * p + t, and cosines fall from 0 to pi. The normal n is g' or -g', the one whose angle to the eye
  * is at most pi / 2: both, if the angles p - t to p + t to the eye have pi / 2 between them.
  *
- * With lit = n l and seen = n e >= 0, the factor rises with lit. So does 2 lit seen - l e, and with
+ * Where seen = n e may be below CVOL_EDGE_ON, n l lies between that and seen l e (cvol_light_turn).
+ *
+ * With lit = n l and seen >= 0, the factor rises with lit. So does 2 lit seen - l e, and with
  * seen where lit > 0; the gloss rises with it, and is 0 where lit <= 0. If D >= |g|, every normal
  * with seen >= 0 is possible. The density rises with |g'|, from |g| - D to |g| + D.
  *
@@ -24,6 +26,8 @@
 #include "render/ray/light_bound.h"
 
 #include <math.h>
+
+#include "render/view/light.h"
 
 #define ANGLE_ROUNDING 0x1p-24
 #define ROUNDING 0x1p-30
@@ -73,6 +77,12 @@ static void find_cosines(span *lit, span *seen, const cvol_ray_light *light, con
             : may_stay           ? to_eye
                                  : negated(to_eye);
     seen->lo = fmax(seen->lo, 0);
+    if (seen->lo < CVOL_EDGE_ON + ROUNDING) {
+        const double facing = dot(light->shading.light, light->eye),
+                     edge = fmin(seen->hi, CVOL_EDGE_ON + ROUNDING);
+        *lit = hull(*lit, (span){fmin(seen->lo * facing, edge * facing) - ROUNDING,
+                                 fmax(seen->lo * facing, edge * facing) + ROUNDING});
+    }
 }
 
 /* Bounds of c + f (flat - c) for a cosine c and a flatness f within these bounds. */

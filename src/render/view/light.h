@@ -3,7 +3,11 @@
 #ifndef CVOL_RENDER_VIEW_LIGHT_H
 #define CVOL_RENDER_VIEW_LIGHT_H
 
+#include <math.h>
 #include <stddef.h>
+
+/* The cosine of a normal and the eye below which the light of both sides mixes. */
+#define CVOL_EDGE_ON 0.0625
 
 /* Directions are in the world, along three axes of the volume in the caller's order: towards the
  * eye, and towards the light. */
@@ -24,5 +28,16 @@ typedef struct cvol_light {
     int cells[3];
     ptrdiff_t stride[3];
 } cvol_light;
+
+/* The cosine of a normal and the light, `lit`, after the normal has turned towards the eye, to
+ * which its cosine is `seen`. A surface has two sides; where the eye sees it edge-on, noise and
+ * rounding decide the side. So light changes gradually there, and is a continuous function of the
+ * gradient: from n l to |n e| l e, which is the same on both sides. `facing`: the cosine of eye and
+ * light. */
+static inline double cvol_light_turn(double lit, double seen, double facing)
+{
+    const double both = fabs(seen) * facing, share = fmin(fabs(seen) / CVOL_EDGE_ON, 1);
+    return both + share * ((seen < 0 ? -lit : lit) - both);
+}
 
 #endif

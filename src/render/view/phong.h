@@ -58,8 +58,11 @@ CVOL_INLINE lit_sample illuminate(const cvol_vf gradient[3], const cvol_light *l
     const cvol_vf inverse = inverse_root(cvol_max(square, cvol_splat(1e-30f)));
     cvol_vf seen = dot(gradient, light->eye) * inverse;
     cvol_vf lit = dot(gradient, light->light) * inverse;
+    /* cvol_light_turn */
     lit = cvol_select(seen < 0, -lit, lit);
     seen = cvol_max(seen, -seen);
+    const cvol_vf both = seen * light->facing_light;
+    lit = both + cvol_min(seen * (float)(1 / CVOL_EDGE_ON), cvol_splat(1)) * (lit - both);
     /* Flat matter faces the eye. */
     const cvol_vf flat = cvol_splat(light->flat + 1e-30f), flatness = flat / (square + flat);
     lit += flatness * (light->facing_light - lit);

@@ -187,6 +187,9 @@ static void join(cvol_layer *out, const cvol_layer *held, const cvol_layer *now)
     }
     for (int i = 0; i < now->sheet_count; i++)
         out->sheets[held->sheet_count + i] = now->sheets[i];
+    for (int k = 0; k < out->fades; k++) /* from the first slice on, which is now a waiting one */
+        for (int d = 0; d < 3; d++)
+            out->fade[k].value[d] -= held->sheet_count * out->fade[k].rate[d];
 }
 
 /* Opens the layer behind this one, and, for the first opened layer, this one, too. */
@@ -246,8 +249,10 @@ void cvol_lapped_draw(cvol_work_stealing *share, int thread, cvol_band *band)
     describe(now, memory, frame, layer, before);
     *first_sheet = *now;
     first_sheet->sheet_count = 1;
-    /* Kernels for int16 samples read only the slice itself. */
-    const int joins = plan->int16.scale > 0 && before->reached;
+    /* Kernels for int16 samples, and with light in image order, find each slice by its own address;
+     * the latter interpolate better within a layer than from one to the next. */
+    const int joins = (plan->int16.scale > 0 || (plan->image_order && plan->lit)) &&
+                      before->reached;
     if (joins) {
         join(all, &before->drawn, now);
         join(all_and_first, &before->drawn, first_sheet);

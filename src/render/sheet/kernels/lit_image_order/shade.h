@@ -16,10 +16,6 @@
 #include "render/sheet/kernels/lit_image_order/shade_few.h"
 #include "render/sheet/kernels/lit_image_order/shade_gradient.h"
 
-/* Below this transmittance in all of a group's pixels, the gradients of the slice before are
- * reused. */
-#define LITTLE_LIGHT (1.0f / 64)
-
 /* ---- intervals ------------------------------------------------------------------------------- */
 
 /* Draws an interval that is nearly linear, but whose light varies: a separate function, as it is
@@ -29,11 +25,13 @@ CVOL_COLD void draw_turning(lit_group *g, const cvol_sheet_table *table, lit_int
 {
     i->middle = 0.5f * (i->a + i->b) + find_shear_correction(i, table);
     i->half = mix_gradients(&i->from, &i->to, cvol_splat(0.5f));
-    const lit_parts midpoints = {{~(cvol_vi){0}, {0}, {0}}, ~(cvol_vi){0}, 2};
+    const lit_parts midpoints = {
+        {cvol_splat(1), {0}, {0}}, {~(cvol_vi){0}, {0}, {0}}, ~(cvol_vi){0}, 2};
     composite_parts(&g->p, table, &g->last, end, i, &midpoints, segments);
 }
 
-/* Draws a whole interval. */
+/* Draws a whole interval. It is divided if any pixel of the part divides it; but every pixel
+ * decides for itself, so that a picture does not depend on the number of lanes. */
 CVOL_INLINE void draw_whole(lit_group *g, const line_job *job, lit_interval i, int s, int group,
                             int part, int segments)
 {
@@ -43,9 +41,9 @@ CVOL_INLINE void draw_whole(lit_group *g, const line_job *job, lit_interval i, i
     g->has_last = 1;
     const classified end = classified_of_gradient(table, i.b, &i.to, segments);
     const cvol_vf span = (cvol_max(i.a, i.b) - cvol_min(i.a, i.b)) * g->p.transmittance;
-    if (!table->midpoints &&
-        !any_above(weigh_span(span, &g->last, &end), HALVES_OF_FLAT * table->flat) &&
-        !any_above(find_light_change(&g->last, &end, g->p.transmittance), table->light_change)) {
+    const lit_change change = find_change(span, &g->last, &end, g->p.transmittance);
+    if (!table->midpoints && !any_above(change.span, HALVES_OF_FLAT * table->flat) &&
+        !any_above(change.light, table->light_change)) {
         if (table->interpolates_gradients) {
             draw_turning(g, table, &i, &end, segments);
             return;
@@ -55,8 +53,9 @@ CVOL_INLINE void draw_whole(lit_group *g, const line_job *job, lit_interval i, i
         g->last = end;
         return;
     }
-    find_middle(&i, job, s, group, part);
-    composite_divided(&g->p, table, &g->last, &end, &i, segments);
+    const cvol_vf weight = weigh_halves(table, &i, &change);
+    find_middle(&i, job, s, group, part, weight);
+    composite_divided(&g->p, table, &g->last, &end, &i, weight, segments);
 }
 
 /* The weight of a whole interval at a face of a part: see own_weight. */
@@ -105,11 +104,6 @@ CVOL_INLINE void finish(lit_group *g, const line_job *job, int s, int group, int
         return;
     }
     gradient now;
-    if (at && g->visible && g->has_from && !any_above(g->p.transmittance, LITTLE_LIGHT)) {
-        now = g->from;
-        draw_interval(g, job, s, group, part, &now, segments);
-        return;
-    }
     if (s > 0 && s + 1 < job->layer->sheet_count) {
         group_place found;
         if (!at)

@@ -33,9 +33,38 @@ CVOL_INLINE cvol_vf take_between(const few_lanes *at, cvol_vf a, cvol_vf middle,
     return from + t * (to - from);
 }
 
+/* weigh_classified for the samples at the ends of parts. */
+CVOL_INLINE void weigh_few(classified *end, const classified *last, const few_lanes *at,
+                           const cvol_vf weights[3], __m512i part, int parts)
+{
+    const __m512i iota = (__m512i)cvol_to_int(cvol_iota());
+    for (int level = 0, half = parts / 2; half; level++, half /= 2) {
+        const __m512i reach = _mm512_set1_epi32(half),
+                      place = _mm512_and_si512(part, _mm512_set1_epi32(2 * half - 1)),
+                      before = _mm512_sub_epi32(iota, reach),
+                      behind = _mm512_add_epi32(iota, reach);
+        const __mmask16 own = _mm512_cmpeq_epi32_mask(place, _mm512_set1_epi32(half - 1)),
+                        later = _mm512_cmpge_epi32_mask(part, reach);
+        const __m512 weight = _mm512_permutexvar_ps(at->pixel, (__m512)weights[level]);
+        for (int k = 0; k < 4; k++) {
+            const __m512 own_value = (__m512)end->v[k],
+                         from = _mm512_mask_permutexvar_ps(
+                             _mm512_permutexvar_ps(at->pixel, (__m512)last->v[k]), later, before,
+                             own_value),
+                         straight = _mm512_mul_ps(
+                             _mm512_set1_ps(0.5f),
+                             _mm512_add_ps(from, _mm512_permutexvar_ps(behind, own_value)));
+            end->v[k] = (cvol_vf)_mm512_mask_mov_ps(
+                own_value, own,
+                _mm512_fmadd_ps(weight, _mm512_sub_ps(own_value, straight), straight));
+        }
+    }
+}
+
 /* Draws `parts` parts of the intervals of some pixels, 16 / parts of them or fewer. */
 CVOL_INLINE void draw_few(few_pixels *out, __mmask16 which, const cvol_sheet_table *table,
-                          const classified *last, const lit_interval *i, int parts, int segments)
+                          const classified *last, const lit_interval *i, const cvol_vf weights[3],
+                          int parts, int segments)
 {
     const int log2_parts = parts == 8 ? 3 : 2;
     const __m512i iota = (__m512i)cvol_to_int(cvol_iota());
@@ -53,8 +82,9 @@ CVOL_INLINE void draw_few(few_pixels *out, __mmask16 which, const cvol_sheet_tab
     for (int k = 0; k < 3; k++)
         rise.v[k] = take_between(&at, i->from.v[k], i->half.v[k], i->to.v[k], t);
     rise.reach = take_between(&at, i->from.reach, i->half.reach, i->to.reach, t);
-    const classified end = classified_of_gradient(
-        table, take_between(&at, i->a, i->middle, i->b, t), &rise, segments);
+    classified end = classified_of_gradient(table, take_between(&at, i->a, i->middle, i->b, t),
+                                            &rise, segments);
+    weigh_few(&end, last, &at, weights, part, parts);
     const __mmask16 later = _mm512_test_epi32_mask(part, part);
     const __m512i before = _mm512_sub_epi32(iota, _mm512_set1_epi32(1));
     classified begin;
@@ -102,19 +132,13 @@ CVOL_INLINE void draw_many_parts(few_pixels *out, const cvol_sheet_table *table,
     out->which = 0;
     if (__builtin_popcount(eighths) > FEW_OF_EIGHT)
         return;
-    for (; eighths; eighths &= ~(unsigned)out->which) {
-        __mmask16 which = lowest_bits(eighths, 2);
-        if (!(eighths & (eighths - 1))) { /* room for one more */
-            which |= (__mmask16)(quarters & -quarters);
-            quarters &= quarters - 1;
-        }
-        draw_few(out, which, table, last, i, 8, segments);
-    }
+    for (; eighths; eighths &= ~(unsigned)out->which)
+        draw_few(out, lowest_bits(eighths, 2), table, last, i, parts->weight, 8, segments);
     parts->most = quarters ? 4 : 2;
     if (__builtin_popcount(quarters) > FEW_OF_FOUR)
         return;
     for (; quarters; quarters &= ~(unsigned)out->which)
-        draw_few(out, lowest_bits(quarters, 4), table, last, i, 4, segments);
+        draw_few(out, lowest_bits(quarters, 4), table, last, i, parts->weight, 4, segments);
     parts->most = 2;
 }
 
@@ -137,9 +161,10 @@ CVOL_INLINE void replace_few(pixels *p, const pixels *start, const few_pixels *f
 /* Composites a whole interval with a middle, in 2 to 8 parts; the middle may apply to single pixels
  * only. *last: the classified sample at its start; becomes that at its end. */
 CVOL_INLINE void composite_divided(pixels *p, const cvol_sheet_table *table, classified *last,
-                                   const classified *end, const lit_interval *i, int segments)
+                                   const classified *end, const lit_interval *i, cvol_vf weight,
+                                   int segments)
 {
-    lit_parts parts = find_parts_of(i, table, last, end, p->transmittance);
+    lit_parts parts = find_parts(i, table, last, end, p->transmittance, weight);
     if (cvol_any(~parts.drawn))
         composite_lit_integrals(p, table, i, ~parts.drawn);
 #if defined(__AVX512F__)

@@ -141,8 +141,10 @@ CVOL_INLINE cvol_vf find_shear_correction(const lit_interval *i, const cvol_shee
            table->shear_correction[1] * (i->from.v[1] - i->to.v[1]);
 }
 
-/* The midpoint before slice s: estimated from the ends if the sample is unknown. */
-CVOL_INLINE void find_middle(lit_interval *i, const line_job *job, int s, int group, int part)
+/* The midpoint before slice s: estimated from the ends if the sample is unknown. With gradient
+ * interpolation every interval has one: pixels of weight 0 take the estimate. */
+CVOL_INLINE void find_middle(lit_interval *i, const line_job *job, int s, int group, int part,
+                             cvol_vf weight)
 {
     const cvol_vf half = cvol_splat(0.5f);
     const gradient straight = mix_gradients(&i->from, &i->to, half);
@@ -173,6 +175,11 @@ CVOL_INLINE void find_middle(lit_interval *i, const line_job *job, int s, int gr
         i->middle = cvol_select(unseen, half * (i->a + i->b), i->middle);
         i->half = select_gradient(unseen, &straight, &i->half);
     }
+    if (!job->table->interpolates_gradients)
+        return;
+    const cvol_vf linear = half * (i->a + i->b) + find_shear_correction(i, job->table);
+    i->middle = linear + weight * (i->middle - linear);
+    i->half = mix_gradients(&straight, &i->half, weight);
 }
 
 #endif

@@ -20,6 +20,11 @@
  * least MIN_OF_QUARTERS, for halves at least a tenth. */
 #define OPACITY_COUNTS 2.0f
 #define MIN_OF_QUARTERS 0.25f
+/* How fast the weight of a sample that divides a part rises with these measures: to 1 at 3/2 of the
+ * limits. */
+#define DIVISION_RAMP 2
+/* Added to the limit of the change of light, which may be 0. */
+#define LEAST_CHANGE 1e-6f
 
 /* The gradient of a value, along the light's axes, and the light there. */
 typedef struct gradient {
@@ -89,48 +94,56 @@ CVOL_INLINE classified classified_of_gradient(const cvol_sheet_table *table, cvo
     return m;
 }
 
-/* The pixels that divide their interval into halves, these into quarters, and these into eighths;
- * and those that draw it by parts at all: the others use integrals. */
+/* The weights of the samples that divide intervals into halves, these into quarters, and these into
+ * eighths; the pixels that have them; and the pixels that draw their interval by parts at all: the
+ * others use integrals. */
 typedef struct lit_parts {
+    cvol_vf weight[3];
     cvol_vi divided[3], drawn;
     int most;
 } lit_parts;
 
-/* The weight of a span: the less visible an interval is, the less its light matters. */
-CVOL_INLINE cvol_vf weigh_span(cvol_vf span, const classified *from, const classified *to)
+/* The measures by which an interval is divided. */
+typedef struct lit_change {
+    cvol_vf span;  /* of its values. The less visible it is, the less its light matters */
+    cvol_vf light; /* the visible change of colour and opacity between its lit ends */
+} lit_change;
+
+CVOL_INLINE lit_change find_change(cvol_vf span, const classified *from, const classified *to,
+                                   cvol_vf transmittance)
 {
     const cvol_vf opacity = OPACITY_COUNTS * (from->v[3] + to->v[3]);
-    return span * cvol_max(cvol_min(opacity, cvol_splat(1)), cvol_splat(HALVES_OF_FLAT));
-}
-
-/* The visible change of colour and opacity between the lit ends of an interval. */
-CVOL_INLINE cvol_vf find_light_change(const classified *from, const classified *to,
-                                      cvol_vf transmittance)
-{
     cvol_vf most = {0};
     for (int k = 0; k < 4; k++)
         most = cvol_max(most, cvol_max(from->v[k] - to->v[k], to->v[k] - from->v[k]));
-    return most * transmittance;
+    return (lit_change){span *
+                            cvol_max(cvol_min(opacity, cvol_splat(1)), cvol_splat(HALVES_OF_FLAT)),
+                        most * transmittance};
 }
 
-/* Light may change along an interval whose value hardly does: where the gradient turns, in noise
- * and on thin skin. So the change counts, too. */
-CVOL_INLINE lit_parts find_parts(cvol_vf span, cvol_vf weighed, cvol_vf change,
-                                 const cvol_sheet_table *table)
+/* The weight of the samples that divide a part, k 0: into halves, 1: quarters, 2: eighths. Light
+ * may change along an interval whose value hardly does: where the gradient turns, in noise and on
+ * thin skin. So that change counts, too. The weight rises from 0 on, or rounding would decide which
+ * pixels have these samples. */
+CVOL_INLINE cvol_vf weigh_division(const cvol_sheet_table *table, int k, cvol_vf span,
+                                   cvol_vf light)
 {
-    const float flat = table->flat;
-    span = cvol_max(weighed, span * MIN_OF_QUARTERS);
-    const cvol_vf measures[3] = {weighed, span, span};
-    const float limits[3] = {HALVES_OF_FLAT * flat, QUARTERS_OF_FLAT * flat,
-                             EIGHTHS_OF_FLAT * flat};
-    lit_parts out = {.drawn = ~(cvol_vi){0}, .most = 2};
-    for (int k = 0; k < 3; k++) {
-        out.divided[k] = (measures[k] > limits[k]) |
-                         (change > (float)(1 << k) * table->light_change);
-        if (k > 0 && cvol_any(out.divided[k]))
-            out.most = 2 << k;
-    }
-    return out;
+    const float limits[3] = {HALVES_OF_FLAT, QUARTERS_OF_FLAT, EIGHTHS_OF_FLAT};
+    const float of_light = (float)(1 << k) * (table->light_change + LEAST_CHANGE);
+    const cvol_vf measure = cvol_max(span * (1 / (limits[k] * table->flat)),
+                                     light * (1 / of_light));
+    return cvol_max(cvol_min((measure - 1) * DIVISION_RAMP, cvol_splat(1)), cvol_splat(0));
+}
+
+/* The weight of an interval's midpoint; 0 for pixels that do not see the interval. */
+CVOL_INLINE cvol_vf weigh_halves(const cvol_sheet_table *table, const lit_interval *i,
+                                 const lit_change *change)
+{
+    const cvol_vi visible = (cvol_max(i->a, i->b) >= table->visible_from) &
+                            (cvol_min(i->a, i->b) <= table->visible_to);
+    const cvol_vf weight = table->midpoints ? cvol_splat(1)
+                                            : weigh_division(table, 0, change->span, change->light);
+    return (cvol_vf)((cvol_vi)weight & visible);
 }
 
 /* Composites a part with the given transmittance and its share of the transmittance so far. Its
@@ -166,24 +179,57 @@ CVOL_INLINE void composite_lit_part(pixels *p, classified *last, const classifie
     replace_classified(last, mask, to);
 }
 
-/* The division of a whole interval with a middle. */
-CVOL_INLINE lit_parts find_parts_of(const lit_interval *i, const cvol_sheet_table *table,
-                                    const classified *last, const classified *end,
-                                    cvol_vf transmittance)
+/* The division of a whole interval with a middle, which has this weight. */
+CVOL_INLINE lit_parts find_parts(const lit_interval *i, const cvol_sheet_table *table,
+                                 const classified *last, const classified *end,
+                                 cvol_vf transmittance, cvol_vf weight)
 {
     const cvol_vf most = cvol_max(cvol_max(i->a, i->b), i->middle),
                   least = cvol_min(cvol_min(i->a, i->b), i->middle);
     const cvol_vf span = (most - least) * transmittance;
-    lit_parts parts = find_parts(span, weigh_span(span, last, end),
-                                 find_light_change(last, end, transmittance), table);
-    if (table->midpoints || table->interpolates_gradients)
-        parts.divided[0] = ~(cvol_vi){0};
-    if (any_above(span, table->integrated)) {
-        parts.drawn = span <= table->integrated;
-        for (int k = 0; k < 3; k++)
-            parts.divided[k] &= parts.drawn;
+    const lit_change change = find_change(span, last, end, transmittance);
+    const cvol_vf finer = cvol_max(change.span, span * MIN_OF_QUARTERS);
+    lit_parts parts = {.weight = {weight}, .drawn = ~(cvol_vi){0}, .most = 2};
+    for (int k = 1; k < 3; k++) {
+        parts.weight[k] = cvol_min(parts.weight[k - 1],
+                                   weigh_division(table, k, finer, change.light));
+        if (any_above(parts.weight[k], 0))
+            parts.most = 2 << k;
     }
+    if (table->interpolates_gradients)
+        parts.weight[0] = cvol_splat(1);
+    if (any_above(span, table->integrated))
+        parts.drawn = (span <= table->integrated) | (weight < 1);
+    for (int k = 0; k < 3; k++)
+        parts.divided[k] = (parts.weight[k] > 0) & parts.drawn;
     return parts;
+}
+
+/* Weighs a sample against the mean of two others. */
+CVOL_INLINE void weigh_classified(classified *m, const classified *from, const classified *to,
+                                  cvol_vf weight)
+{
+    for (int k = 0; k < 4; k++) {
+        const cvol_vf straight = 0.5f * (from->v[k] + to->v[k]);
+        m->v[k] = straight + weight * (m->v[k] - straight);
+    }
+}
+
+/* The classified samples of an interval in eighths, 0 and 8 at its ends, which are known. */
+CVOL_INLINE void classify_parts(classified at[9], const cvol_sheet_table *table,
+                                const lit_interval *i, const lit_parts *parts, int segments)
+{
+    for (int k = 0, half = 4; 2 << k <= parts->most; k++, half /= 2)
+        for (int part = half; part < 8; part += 2 * half) {
+            const int late = part >= 4;
+            const cvol_vf t = cvol_splat((float)(part & 3) / 4);
+            const cvol_vf from = late ? i->middle : i->a, to = late ? i->b : i->middle;
+            const gradient rise = part == 4 ? i->half
+                                  : late    ? mix_gradients(&i->half, &i->to, t)
+                                            : mix_gradients(&i->from, &i->half, t);
+            at[part] = classified_of_gradient(table, from + t * (to - from), &rise, segments);
+            weigh_classified(&at[part], &at[part - half], &at[part + half], parts->weight[k]);
+        }
 }
 
 /* Draws these parts one after the other. *last: the classified sample at the interval's start;
@@ -193,16 +239,15 @@ CVOL_INLINE void composite_parts(pixels *p, const cvol_sheet_table *table, class
                                  const lit_parts *parts, int segments)
 {
     const int step = 8 / parts->most;
-    for (int part = step; part < 8; part += step) {
-        const int late = part >= 4;
-        const cvol_vf t = cvol_splat((float)(part & 3) / 4);
-        const cvol_vf from = late ? i->middle : i->a, to = late ? i->b : i->middle;
-        const gradient at = part == 4 ? i->half
-                            : late    ? mix_gradients(&i->half, &i->to, t)
-                                      : mix_gradients(&i->from, &i->half, t);
-        const classified m = classified_of_gradient(table, from + t * (to - from), &at, segments);
-        composite_lit_part(p, last, &m, parts, parts->divided[part == 4 ? 0 : part & 1 ? 2 : 1]);
-    }
+    classified at[9];
+    at[0] = *last;
+    at[8] = *end;
+    classify_parts(at, table, i, parts, segments);
+    for (int part = step; part < 8; part += step)
+        composite_lit_part(p, last, &at[part], parts,
+                           parts->divided[part == 4  ? 0
+                                          : part & 1 ? 2
+                                                     : 1]);
     composite_lit_part(p, last, end, parts, parts->drawn);
     *last = *end;
 }
