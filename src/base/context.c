@@ -96,6 +96,15 @@ int cvol_fail_memory(cvol_context *context, size_t bytes, const char *what)
                      what);
 }
 
+int cvol_check_size(cvol_context *context, const char *path, const char *field, uint64_t size)
+{
+    if (size <= SIZE_MAX)
+        return CVOL_OK;
+    return cvol_fail(context, CVOL_ERROR_LIMIT,
+                     "%s: %s is %llu, more than a program of 32 bits can address", path, field,
+                     (unsigned long long)size);
+}
+
 int cvol_report_progress(cvol_context *context, const char *what, double fraction)
 {
     if (context->progress && context->progress(context->progress_user, what, fraction))

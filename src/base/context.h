@@ -30,6 +30,8 @@ int cvol_fail(cvol_context *context, int code, const char *format, ...)
 
 /* Stores the message of a failed allocation; returns CVOL_ERROR_MEMORY. */
 int cvol_fail_memory(cvol_context *context, size_t bytes, const char *what);
+/* Fails with CVOL_ERROR_LIMIT if a size of a file does not fit into a size_t. */
+int cvol_check_size(cvol_context *context, const char *path, const char *field, uint64_t size);
 
 /* Calls the progress callback; CVOL_OK or CVOL_ERROR_CANCELLED (with its message). Call it from the
  * calling thread, outside parallel regions. */

@@ -31,13 +31,42 @@ static int move(const wchar_t *from, const wchar_t *to)
     return MoveFileExW(from, to, MOVEFILE_REPLACE_EXISTING);
 }
 
-/* Windows replaces files, but no folders: POSIX replaces an empty folder by a folder. */
+/* An open file cannot be replaced, but it can be moved: to a hidden name, which goes when the file
+ * is closed. A mapped file can be moved, but not removed: everything stays as it was then. */
+static int replace_open(const char *from, const char *to)
+{
+    const char *slash = strrchr(to, '/');
+    char *aside;
+    if (asprintf(&aside, "%.*s.cvol-XXXXXX", slash ? (int)(slash + 1 - to) : 0, to) < 0)
+        return -1;
+    cvol_randomize(aside);
+    int failed = with_names(move, to, aside);
+    if (!failed) {
+        failed = with_names(move, from, to);
+        if (!failed && unlink(aside)) {
+            failed = -1;
+            (void)with_names(move, to, from);
+            errno = EACCES;
+        }
+        const int why = errno;
+        if (failed)
+            (void)with_names(move, aside, to);
+        errno = why;
+    }
+    free(aside);
+    return failed;
+}
+
+/* Windows replaces files that are not open, but no folders: POSIX replaces an empty folder by a
+ * folder. */
 int cvol_posix_rename(const char *from, const char *to)
 {
     struct stat a, b;
     if (!stat(to, &b) && S_ISDIR(b.st_mode) && !stat(from, &a) && S_ISDIR(a.st_mode) && rmdir(to))
         return -1;
-    return with_names(move, from, to);
+    if (!with_names(move, from, to))
+        return 0;
+    return errno == EACCES && !stat(to, &b) && S_ISREG(b.st_mode) ? replace_open(from, to) : -1;
 }
 
 static int add_link(const wchar_t *from, const wchar_t *to)

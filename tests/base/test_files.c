@@ -107,6 +107,28 @@ static void test_scratch(void **state)
     assert_int_equal(support_folder_count(folder), 0);
 }
 
+/* Where a mapped file cannot be replaced, it stays as it was. */
+static void test_replacing_mapped(void **state)
+{
+    (void)state;
+    const char *path = in_folder(name);
+    cvol_output *output;
+    cvol_map map;
+    check_ok(cvol_file_write(context, "old", 3, path));
+    check_ok(cvol_file_map(context, &map, path));
+    check_ok(cvol_output_open(context, &output, path));
+    check_ok(cvol_output_write(context, output, "new", 3));
+    const int code = cvol_output_commit(context, output);
+    assert_memory_equal(map.data, "old", 3);
+    cvol_file_unmap(&map);
+    expect_bytes(path, code ? "old" : "new");
+    assert_int_equal(support_folder_count(folder), 1);
+    unlink(path);
+#ifndef _WIN32
+    assert_int_equal(code, CVOL_OK);
+#endif
+}
+
 static void test_mapping(void **state)
 {
     (void)state;
@@ -129,8 +151,11 @@ static void test_mapping(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_name),      cmocka_unit_test(test_identity),
-        cmocka_unit_test(test_replacing), cmocka_unit_test(test_scratch),
+        cmocka_unit_test(test_name),
+        cmocka_unit_test(test_identity),
+        cmocka_unit_test(test_replacing_mapped),
+        cmocka_unit_test(test_replacing),
+        cmocka_unit_test(test_scratch),
         cmocka_unit_test(test_mapping),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);

@@ -57,7 +57,9 @@ static void test_copy(void **state)
     expect_refusal(copy(&out, &newer), "use a newer library");
     assert_memory_equal(&out, &known, sizeof out);
     const first small = {sizeof small - 1, 10}, none = {0, 10}, wild = {SIZE_MAX / 2, 10};
-    expect_refusal(copy(&out, &small), "second: its size is 15");
+    char part[32];
+    snprintf(part, sizeof part, "second: its size is %zu,", sizeof small - 1);
+    expect_refusal(copy(&out, &small), part);
     expect_refusal(copy(&out, &none), "second: its size is 0");
     expect_refusal(copy(&out, &wild), "second: its size is");
     assert_memory_equal(&out, &known, sizeof out);

@@ -274,7 +274,8 @@ static void invalid_fields_are_refused(void **state)
     expect_refused_value(line, CONTENT_AT + 24, 3, "section SPEC");
     expect_refused_value(line, COUNT_AT, 3, "section HEAD says 3");
     expect_refused_value(whole, HEAD_AT, UINT64_C(1) << 33, "f.cvol");
-    expect_refused_value(whole, HEAD_AT, UINT64_C(1) << 27, "a whole array");
+    expect_refused_value(whole, HEAD_AT, UINT64_C(1) << 27,
+                         SIZE_MAX > UINT32_MAX ? "a whole array" : "limit of 4294967295 bytes");
     expect_refused_value(whole, CONTENT_AT, 4, "section SPEC");
     expect_refused_value(&kinds[7], HEAD_AT, UINT64_C(1) << 33,
                          "more than a file of this size can hold");

@@ -144,7 +144,7 @@ static uint8_t *arrange(const uint8_t *data, size_t *size, const int *order, int
         cvol_bytes_append(&out, extra, add);
         put_u32(out.data + at + 8, (uint32_t)(s->length + add));
         if (add)
-            put_u32(out.data + at + 16, cvol_crc32c(out.data + at + 24, s->length + add));
+            put_u32(out.data + at + 16, cvol_crc32c(out.data + at + 24, (size_t)s->length + add));
         put_u32(out.data + at + 20, cvol_crc32c(out.data + at, 20));
     }
     *size = out.size;

@@ -26,7 +26,8 @@ cvol_array *support_terms_make(cvol_context *context, const support_terms *how)
         const uint16_t bits = (uint16_t)random_below(&r, 512);
         cell->terms = to;
         cell->split = how->split && bits & 1 ? bits : 0;
-        const uint32_t density = random_below(&r, 4) ? 400 : 0, start = (uint32_t)(to - words);
+        const uint32_t density = random_below(&r, 4) ? 400 : 0;
+        const ptrdiff_t start = to - words;
         for (uint32_t p = 0; p < places && to - words < start + 1000; p++) {
             const uint32_t high = p % side + p / side % side + p / side / side;
             if (random_below(&r, 40 + high * high * 8) >= density / 16)

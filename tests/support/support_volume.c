@@ -93,6 +93,14 @@ void read_fails(const char *path, int code, const char *word, const char *other)
     read_fails_with(path, NULL, code, word, other);
 }
 
+void read_fails_large(const char *path, int code, const char *word)
+{
+    if (SIZE_MAX > UINT32_MAX)
+        read_fails(path, code, word, "");
+    else
+        read_fails(path, CVOL_ERROR_LIMIT, "more than the limit of 4294967295 bytes", "");
+}
+
 /* ---- small volumes ------------------------------------------------------------------- */
 
 static void fill_random(cvol_volume *volume, uint64_t seed)

@@ -26,6 +26,8 @@ cvol_volume *read_ok(const char *path);
 void read_fails_with(const char *path, const cvol_read_options *options, int code, const char *word,
                      const char *other);
 void read_fails(const char *path, int code, const char *word, const char *other);
+/* The same for 2^32 bytes of samples or more, which programs of 32 bits refuse before. */
+void read_fails_large(const char *path, int code, const char *word);
 
 /* A rotation about an oblique axis, times a mirror if requested. */
 cvol_grid odd_grid(cvol_type type, int mirrored);

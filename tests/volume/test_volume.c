@@ -30,6 +30,25 @@ static void test_create(void **state)
     assert_int_equal(cvol_volume_create(context, &volume, &grid), CVOL_ERROR_LIMIT);
 }
 
+/* Bytes that a program of 32 bits cannot address are beyond its limit, whatever that was set to. */
+static void test_addresses(void **state)
+{
+    (void)state;
+    const uint64_t before = cvol_context_limit_bytes(context);
+    const cvol_grid grid = cvol_grid_make(2048, 2048, 2048, CVOL_FLOAT64);
+    cvol_context_set_limit_bytes(context, UINT64_MAX);
+    assert_true(cvol_context_limit_bytes(context) == SIZE_MAX);
+#if SIZE_MAX > 0xffffffff
+    check_ok(cvol_grid_check(context, &grid, "grid"));
+#else
+    assert_int_equal(cvol_grid_check(context, &grid, "grid"), CVOL_ERROR_LIMIT);
+    assert_string_equal(cvol_context_message(context),
+                        "grid: 2048 x 2048 x 2048 samples of float64 are more than the limit of "
+                        "4294967295 bytes");
+#endif
+    cvol_context_set_limit_bytes(context, before);
+}
+
 static void test_stats(void **state)
 {
     (void)state;
@@ -506,9 +525,8 @@ static void test_real(void **state)
 int main(void)
 {
     const struct CMUnitTest samples[] = {
-        cmocka_unit_test(test_create),
-        cmocka_unit_test(test_stats),
-        cmocka_unit_test(test_stats_types),
+        cmocka_unit_test(test_create),  cmocka_unit_test(test_addresses),
+        cmocka_unit_test(test_stats),   cmocka_unit_test(test_stats_types),
         cmocka_unit_test(test_compare),
     };
     const struct CMUnitTest writing[] = {

@@ -107,7 +107,7 @@ int cvol_ranges_put(cvol_context *context, cvol_bytes *out, const cvol_array *ar
     unite(codes, &grid, array);
     for (size_t c = 0; c < grid.count; c++) /* widths vary less than upper bounds */
         codes[grid.count + c] = (uint8_t)(codes[grid.count + c] - codes[c]);
-    size_t packed = ZSTD_compress(out->data + out->size, bound, codes, size, ZSTD_LEVEL);
+    size_t packed = cvol_zstd_put(out->data + out->size, bound, codes, size, ZSTD_LEVEL);
     free(codes);
     if (ZSTD_isError(packed))
         return cvol_fail_memory(context, size, "block ranges");

@@ -275,13 +275,13 @@ static const uint8_t *in_file_order(void **copy, const void *samples, size_t at,
     return (const uint8_t *)*copy + at % size;
 }
 
-/* ZSTD_compress of these bytes. */
+/* cvol_zstd_put of these bytes. */
 static size_t pack(void *out, size_t most, const void *samples, size_t at, size_t bytes,
                    size_t size, int level)
 {
     void *copy;
     const uint8_t *from = in_file_order(&copy, samples, at, bytes, size);
-    const size_t packed = from ? ZSTD_compress(out, most, from, bytes, level)
+    const size_t packed = from ? cvol_zstd_put(out, most, from, bytes, level)
                                : (size_t)-ZSTD_error_memory_allocation;
     free(copy);
     return packed;

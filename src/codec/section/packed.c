@@ -11,6 +11,15 @@
 
 enum { ZSTD_LEVEL = 9 };
 
+/* The search by rows of hashes (ZSTD_c_useRowMatchFinder): beyond this size zstd for x86-64 and ARM
+ * uses it, but zstd for other processors only for larger frames, which gives them other bytes. */
+enum {
+    ROW_SEARCH = ZSTD_c_experimentalParam14,
+    IS_ENABLED = 1,
+    IS_DISABLED = 2,
+    ROWS_AT = 1 << 14
+};
+
 void cvol_planes_put(cvol_bytes *out, const void *numbers, size_t count, int bytes)
 {
     const uint8_t *from = numbers;
@@ -40,12 +49,26 @@ void cvol_planes_take(void *numbers, size_t count, int bytes, cvol_cursor *from)
     }
 }
 
+size_t cvol_zstd_put(void *out, size_t room, const void *data, size_t size, int level)
+{
+    ZSTD_CCtx *coder = ZSTD_createCCtx();
+    if (!coder)
+        return (size_t)-ZSTD_error_memory_allocation;
+    ZSTD_CCtx_setParameter(coder, ZSTD_c_compressionLevel, level);
+    /* zstd before 1.5 has no such search, and refuses the parameter. */
+    ZSTD_CCtx_setParameter(coder, (ZSTD_cParameter)ROW_SEARCH,
+                           size > ROWS_AT ? IS_ENABLED : IS_DISABLED);
+    const size_t packed = ZSTD_compress2(coder, out, room, data, size);
+    ZSTD_freeCCtx(coder);
+    return packed;
+}
+
 int cvol_packed_put(cvol_context *context, cvol_bytes *out, const cvol_bytes *raw)
 {
     const size_t bound = ZSTD_compressBound(raw->size);
     if (raw->failed || !cvol_bytes_reserve(out, bound))
         return cvol_fail_memory(context, bound, "the file's terms");
-    size_t packed = ZSTD_compress(out->data + out->size, bound, raw->data, raw->size, ZSTD_LEVEL);
+    size_t packed = cvol_zstd_put(out->data + out->size, bound, raw->data, raw->size, ZSTD_LEVEL);
     if (ZSTD_isError(packed))
         return cvol_fail_memory(context, raw->size, "the file's terms");
     out->size += packed;

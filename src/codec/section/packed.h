@@ -26,6 +26,8 @@ int cvol_packed_put(cvol_context *context, cvol_bytes *out, const cvol_bytes *ra
 int cvol_packed_take(cvol_context *context, uint8_t **raw, uint64_t size, cvol_cursor *content,
                      const char *tag, const char *name);
 
+/* ZSTD_compress, with the same frame from every processor. Returns its size or zstd's error. */
+size_t cvol_zstd_put(void *out, size_t room, const void *data, size_t size, int level);
 /* Unpacks one frame into exactly `size` bytes. Returns CVOL_OK, CVOL_ERROR_MEMORY if zstd lacks
  * memory, or CVOL_ERROR_CORRUPT; no message. */
 int cvol_zstd_take(void *out, size_t size, const uint8_t *frame, size_t bytes);

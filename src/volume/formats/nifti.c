@@ -184,6 +184,11 @@ static int read_dims(nifti *n)
         if (dim < 0 || (dim == 0 && i <= 3))
             return cvol_fail(n->context, CVOL_ERROR_FORMAT,
                              "%s: dim[%zu] is %lld, must be positive", n->path, i, (long long)dim);
+        char field[16];
+        snprintf(field, sizeof field, "dim[%zu]", i);
+        const int code = cvol_check_size(n->context, n->path, field, (uint64_t)dim);
+        if (code)
+            return code;
         if (i <= 3)
             n->grid.dims[i - 1] = (size_t)dim;
         else if (i <= 5 && dim > 1)

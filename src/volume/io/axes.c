@@ -47,12 +47,11 @@ int cvol_axes_choose(cvol_context *context, cvol_axes *axes, cvol_grid *grid, co
     const int end = rank - has_colours, z = end - 3;
     for (int i = 0; i < CVOL_AXES_MAX; i++)
         axes->begin[i] = 0;
-    for (int i = 0; i < rank; i++)
-        if (axes->dims[i] > SIZE_MAX)
-            return cvol_fail(context, CVOL_ERROR_LIMIT,
-                             "%s: axis %d has %llu places, more than a program of 32 bits can "
-                             "address",
-                             path, i, (unsigned long long)axes->dims[i]);
+    for (int i = 0; i < rank; i++) {
+        const int code = cvol_check_size(context, path, "the length of an axis", axes->dims[i]);
+        if (code)
+            return code;
+    }
     for (int i = 0; i < 3; i++) {
         axes->of[i] = end - 1 - i >= 0 ? end - 1 - i : -1;
         grid->dims[i] = axes->of[i] >= 0 ? (size_t)axes->dims[axes->of[i]] : 1;

@@ -189,13 +189,14 @@ int cvol_text_sizes(cvol_context *context, const char *path, const char *field, 
     for (size_t i = 0; !code && i < count; i++) {
         size_t length;
         const char *word = cvol_text_word(&text, &length);
-        int64_t value;
+        int64_t value = 0;
         if (!cvol_text_integer(word, length, &value) || value <= 0)
             code = cvol_fail(context, CVOL_ERROR_FORMAT,
                              "%s: %s has the value '%.*s', not a positive integer", path, field,
                              length < 80 ? (int)length : 80, word);
         else
-            out[i] = (size_t)value;
+            code = cvol_check_size(context, path, field, (uint64_t)value);
+        out[i] = code ? 0 : (size_t)value;
     }
     return code;
 }

@@ -172,7 +172,7 @@ static int read_line(vtk *v, char *line, size_t length)
         int64_t points;
         int code = cvol_text_field_integer(v->context, v->path, "POINT_DATA",
                                            rest + strspn(rest, " \t"), 1, INT64_MAX, &points);
-        if (!code && (!v->has_dimensions || cvol_grid_samples(&v->grid) != (size_t)points))
+        if (!code && (!v->has_dimensions || cvol_grid_samples(&v->grid) != (uint64_t)points))
             code = fail(v, "DIMENSIONS do not match the points of", line);
         v->points = code ? 0 : (size_t)points;
         return code;
