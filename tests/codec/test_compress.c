@@ -303,6 +303,49 @@ static void options_are_checked(void **state)
                      CVOL_ERROR_UNSUPPORTED);
 }
 
+/* Options that are invalid, or that exclude each other. */
+static void combinations_are_checked(void **state)
+{
+    static const struct {
+        cvol_compress_options options; /* fields other than 0 replace the defaults */
+        const char *words;
+    } bad[] = {
+        {{.effort = (cvol_effort)3}, "effort is 3"},
+        {{.effort = (cvol_effort)-1}, "effort is -1"},
+        {{.effort = CVOL_EFFORT_MAX, .block = 8}, "needs blocks of 16"},
+        {{.effort = CVOL_EFFORT_MAX, .lossless = 1}, "cannot be combined"},
+        {{.least_psnr = -1}, "the least PSNR is -1 dB"},
+        {{.least_psnr = (double)INFINITY}, "the least PSNR is inf dB"},
+        {{.max_error = -1}, "maximum error is -1"},
+        {{.max_error = (double)NAN}, "maximum error is nan"},
+        {{.max_error = 2}, "only be combined with a PSNR"},
+        {{.background = CVOL_BACKGROUND_VALUE, .has_fill = 1}, "a background cannot"},
+        {{.background = CVOL_BACKGROUND_VALUE, .lossless = 1}, "a background cannot"},
+        {{.background = CVOL_BACKGROUND_VALUE, .background_value = (double)NAN},
+         "the background is nan"},
+        {{.has_fill = 1, .fill = 0.5}, "the fill value 0.5 is no uint8"},
+        {{.has_fill = 1, .fill = 256}, "the fill value 256 is no uint8"},
+    };
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(4, 4, 4, CVOL_UINT8);
+    const uint8_t samples[64] = {0};
+    cvol_array *array;
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        cvol_compress_options options = bad[i].options;
+        const cvol_compress_options usual = cvol_compress_options_defaults();
+        options.size = sizeof options;
+        options.transform = usual.transform;
+        options.block = options.block ? options.block : usual.block;
+        options.target = usual.target;
+        options.target_value = usual.target_value;
+        assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options),
+                         CVOL_ERROR_ARGUMENT);
+        if (!strstr(cvol_context_message(context), bad[i].words))
+            fail_msg("'%s' instead of '%s'", cvol_context_message(context), bad[i].words);
+        assert_null(array);
+    }
+}
+
 static void nonfinite_samples_are_reported(void **state)
 {
     (void)state;
@@ -404,6 +447,7 @@ int main(void)
         cmocka_unit_test(constant_volumes_are_exact),
         cmocka_unit_test(unreachable_targets_are_reported),
         cmocka_unit_test(options_are_checked),
+        cmocka_unit_test(combinations_are_checked),
         cmocka_unit_test(nonfinite_samples_are_reported),
         cmocka_unit_test(bytes_do_not_depend_on_threads),
         cmocka_unit_test(compressing_can_be_cancelled),

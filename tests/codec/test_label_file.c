@@ -272,6 +272,12 @@ static void test_levels(void **state)
             cvol_array_free(read);
         }
     }
+    const uint8_t levels[8] = {0, 1, 2, 3, 3, 2, 1, 0};
+    const cvol_file_part of_bricks = {
+        .size = sizeof of_bricks, .brick_levels = levels, .brick_count = 8};
+    assert_int_equal(cvol_array_read_part(context, &read, NULL, path, &of_bricks),
+                     CVOL_ERROR_UNSUPPORTED);
+    assert_non_null(strstr(cvol_context_message(context), "labels, whose bricks have no levels"));
     /* A file that ends early has no level that is whole. */
     struct stat facts;
     assert_int_equal(stat(path, &facts), 0);

@@ -1,92 +1,45 @@
 /* Lack of memory: in each step of the tour the n-th allocation fails, for n = 1, 2, 3, ... (from
  * the sixtieth on only some), alone or with all that follow it. The result is the step's work or
- * CVOL_ERROR_MEMORY with a message, never a file reported as damaged, and no crash. Runs if the C
- * library lets a program replace its allocation. */
+ * CVOL_ERROR_MEMORY with a message, never a file reported as damaged, and no crash; all memory is
+ * freed. Runs if the C library lets a program replace its allocation. */
 #include "test.h"
 
 #include <limits.h>
-#include <stdatomic.h>
 
 #include "support.h"
+#include "support_allocation.h"
 #include "support_context.h"
 #include "support_files.h"
 #include "support_tour.h"
-
-/* ---- allocation that fails -------------------------------------------------------------- */
-
-static atomic_int failing; /* 0: nothing fails; 1: one allocation does; 2: all do from there on */
-static atomic_long left;   /* allocations until then */
-
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__clang__)
-#define REPLACED 1
-
-#define SEEN                                                                            \
-    __attribute__((visibility("default"))) /* by the libraries that ours stands on, too \
-                                            */
-
-void *__libc_malloc(size_t bytes);
-void *__libc_calloc(size_t count, size_t bytes);
-void *__libc_realloc(void *memory, size_t bytes);
-void *__libc_memalign(size_t alignment, size_t bytes);
-
-static int fails(void)
-{
-    const int how = atomic_load(&failing);
-    if (!how)
-        return 0;
-    const long now = atomic_fetch_sub(&left, 1);
-    return how == 1 ? now == 1 : now <= 1;
-}
-
-SEEN void *malloc(size_t bytes)
-{
-    return fails() ? NULL : __libc_malloc(bytes);
-}
-
-SEEN void *calloc(size_t items, size_t bytes)
-{
-    return fails() ? NULL : __libc_calloc(items, bytes);
-}
-
-SEEN void *realloc(void *memory, size_t bytes)
-{
-    return fails() ? NULL : __libc_realloc(memory, bytes);
-}
-
-SEEN void *aligned_alloc(size_t alignment, size_t bytes)
-{
-    return fails() ? NULL : __libc_memalign(alignment, bytes);
-}
-#else
-#define REPLACED 0
-#endif
 
 /* ---- steps ------------------------------------------------------------------------------ */
 
 static tour t;
 
 /* 1: the step ended before anything failed. */
-static int try(const tour_step *step, long n, int how)
+static int try(const tour_step *step, long n, allocation_failure how)
 {
-    atomic_store(&left, n);
-    atomic_store(&failing, how);
+    const long before = allocation_count();
+    allocation_fail(n, how);
     const int code = step->go(&t);
-    atomic_store(&failing, 0);
-    if (code && code != CVOL_ERROR_MEMORY)
-        fail_msg("%s, allocation %ld%s: code %d, '%s'", step->name, n, how == 2 ? " and more" : "",
-                 code, cvol_context_message(t.context));
-    return atomic_load(&left) > 0;
+    const int done = allocation_stop();
+    const long kept = allocation_count() - before;
+    if ((code && code != CVOL_ERROR_MEMORY) || kept)
+        fail_msg("%s, allocation %ld%s: code %d, '%s', %ld pieces of memory are not freed",
+                 step->name, n, how == ALLOCATION_ALL_FROM ? " and more" : "", code,
+                 cvol_context_message(t.context), kept);
+    return done;
 }
 
 static void try_all(const tour_step *steps)
 {
-    if (!REPLACED)
+    if (!allocation_is_replaced())
         skip();
     for (; steps->name; steps++) {
         long n = 1;
         assert_int_equal(steps->go(&t), CVOL_OK); /* allocations that happen once per process */
-        for (; !try(steps, n, 1); n += n < 60 ? 1 : n / 3)
-            (void)try(steps, n, 2);
+        for (; !try(steps, n, ALLOCATION_ONE); n += n < 60 ? 1 : n / 3)
+            (void)try(steps, n, ALLOCATION_ALL_FROM);
         if (test_verbose())
             print_message("%s: %ld allocations\n", steps->name, n);
     }
@@ -95,7 +48,7 @@ static void try_all(const tour_step *steps)
 /* Files of all kinds: each of these steps writes one. */
 static void read_files_of(const tour_step *steps)
 {
-    if (!REPLACED)
+    if (!allocation_is_replaced())
         skip();
     for (; steps->name; steps++) {
         assert_int_equal(steps->go(&t), CVOL_OK);

@@ -3,6 +3,7 @@
 
 #include "array/core/array.h"
 #include "base/context.h"
+#include "codec/container/array_file.h"
 #include "codec/quantize/coding.h"
 #include "cvol/codec.h"
 #include "random.h"
@@ -231,6 +232,78 @@ static void masks_are_kept(void **state)
     free(out);
 }
 
+/* An array with a residual is decoded and compressed: masked samples stay, the others are within
+ * the error that the result states. */
+static void residuals_are_decoded(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(50, 40, 25, CVOL_INT16);
+    const size_t count = cvol_grid_samples(&grid), zero[3] = {0, 0, 0};
+    int16_t *samples = malloc(2 * count), *out = malloc(2 * count);
+    assert_true(samples && out);
+    for (int lossless = 0; lossless <= 1; lossless++)
+        for (int masked = 0; masked <= 1; masked++) {
+            cvol_compress_options options = options_of(CVOL_TARGET_MAX_ERROR, 3);
+            cvol_array *from, *array;
+            random_state r = {3};
+            for (size_t i = 0; i < count; i++)
+                samples[i] = i % 50 < 20 && masked
+                                 ? -1000
+                                 : (int16_t)(300 * sin((double)i / 70) + 9 * random_signed(&r));
+            options.lossless = lossless;
+            options.has_fill = masked;
+            options.fill = -1000;
+            check_ok(cvol_compress(context, &from, NULL, samples, &grid, &options));
+            check_ok(cvol_array_set_attributes(context, from, "[1]"));
+            options = options_of(CVOL_TARGET_PSNR, 30);
+            check_ok(cvol_array_transcode(context, &array, NULL, from, &options));
+            assert_string_equal(cvol_array_attributes(array), "[1]");
+            check_ok(cvol_array_evaluate_box(context, out, array, zero, grid.dims));
+            double squares = 0;
+            for (size_t i = 0; i < count; i++) {
+                const double off = samples[i] - out[i];
+                assert_true(!masked || (samples[i] == -1000) == (out[i] == -1000));
+                assert_true(fabs(off) <= array->max_error);
+                squares += off * off;
+            }
+            if (!(squares > 0) || array->max_error > 250)
+                fail_msg("%d %d: squares %g, at most %g", lossless, masked, squares,
+                         array->max_error);
+            cvol_array_free(from);
+            cvol_array_free(array);
+        }
+    free(samples);
+    free(out);
+}
+
+/* Without its histogram a file is smaller, and decodes to the same samples. */
+static void histograms_can_be_left_out(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(50, 40, 45, CVOL_FLOAT32);
+    const size_t count = cvol_grid_samples(&grid), zero[3] = {0, 0, 0};
+    float *samples = make_volume(&grid, 4), *out[2];
+    cvol_array *from = compress(samples, &grid, 16, 10);
+    uint64_t bytes[2];
+    for (int without = 0; without <= 1; without++) {
+        cvol_compress_options options = options_of(CVOL_TARGET_PSNR, 30);
+        cvol_array *array;
+        options.no_histogram = without;
+        check_ok(cvol_array_transcode(context, &array, NULL, from, &options));
+        check_ok(cvol_array_file_bytes(context, array, &bytes[without]));
+        out[without] = malloc(count * sizeof(float));
+        assert_non_null(out[without]);
+        check_ok(cvol_array_evaluate_box(context, out[without], array, zero, grid.dims));
+        cvol_array_free(array);
+    }
+    assert_true(bytes[1] < bytes[0] && bytes[0] - bytes[1] < 300);
+    assert_memory_equal(out[0], out[1], count * sizeof(float));
+    free(out[0]);
+    free(out[1]);
+    cvol_array_free(from);
+    free(samples);
+}
+
 /* An array of effort fast has many small terms, which are all dropped at once when bits have their
  * usual weight: slightly coarser steps must be possible, too. */
 static void slightly_coarser_than_effort_fast(void **state)
@@ -307,6 +380,8 @@ int main(void)
         cmocka_unit_test(any_threads_give_the_same_bytes),
         cmocka_unit_test(coarse_bounds_hold_at_the_ends),
         cmocka_unit_test(masks_are_kept),
+        cmocka_unit_test(residuals_are_decoded),
+        cmocka_unit_test(histograms_can_be_left_out),
         cmocka_unit_test(finer_is_refused),
         cmocka_unit_test(slightly_coarser_than_effort_fast),
         cmocka_unit_test(slightly_coarser_loses_little),

@@ -278,23 +278,21 @@ CVOL_INLINE int code_brick(mask_coder *coder, cvol_mask_brick *brick, int outsid
     int last = 0;
     start_model(&model);
     outside = code_bit(coder, &model.outside, outside, encode);
-    if (!code_cells(coder, &model, brick, &last, encode))
-        return 0;
+    int is_sound = code_cells(coder, &model, brick, &last, encode);
     memset(&slices, outside ? 255 : 0, sizeof slices);
-    for (size_t z = 0; z < brick->size[2]; z++) {
+    for (size_t z = 0; is_sound && z < brick->size[2]; z++) {
         uint16_t(*own)[HALVES] = slices.rows[z % 3], (*before)[HALVES] = slices.rows[(z + 2) % 3];
         const size_t end = brick->size[1] + 2;
         memcpy(own[0], before[2], sizeof own[0]);
         memcpy(own[1], before[2], sizeof own[1]);
-        for (size_t y = 0; y < brick->size[1]; y++)
-            if (!code_line(coder, &model, table, brick, &slices, y, z, &last, encode))
-                return 0;
+        for (size_t y = 0; is_sound && y < brick->size[1]; y++)
+            is_sound = code_line(coder, &model, table, brick, &slices, y, z, &last, encode);
         memcpy(own[0], own[2], sizeof own[0]);
         memcpy(own[1], own[2], sizeof own[0]);
         memcpy(own[end], own[end - 1], sizeof own[0]);
         memcpy(own[end + 1], own[end - 1], sizeof own[0]);
     }
-    return 1;
+    return is_sound;
 }
 
 /* ---- encoding --------------------------------------------------------------------------- */

@@ -60,10 +60,8 @@ double cvol_search_next(const cvol_search *search)
         place = search->low + width * clamp(share, 0.03, 0.97);
     } else if (search->has_low) {
         place = search->low + clamp(-1.03 * search->low_miss / slope, 1e-3, STRIDE_MAX);
-    } else if (search->has_high) {
-        place = search->high - clamp(1.03 * search->high_miss / slope, 1e-3, STRIDE_MAX);
     } else {
-        place = (search->least + search->most) / 2;
+        place = search->high - clamp(1.03 * search->high_miss / slope, 1e-3, STRIDE_MAX);
     }
     return cvol_exp(clamp(place, search->least, search->most));
 }

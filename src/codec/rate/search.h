@@ -20,7 +20,7 @@ typedef struct cvol_search {
 cvol_search cvol_search_make(double least_step, double most_step, double slope);
 /* Reports the miss of a step. */
 void cvol_search_report(cvol_search *search, double step, double miss);
-/* Returns the next step to try. */
+/* Returns the next step to try, after at least one report. */
 double cvol_search_next(const cvol_search *search);
 /* The slope of miss over log step: the bracket's, or the given one without a bracket. */
 double cvol_search_slope(const cvol_search *search);

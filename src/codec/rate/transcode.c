@@ -55,26 +55,36 @@ typedef struct transcoding {
     int count;
 } transcoding;
 
-/* Makes an array of the source's shape, without terms, with this step. */
-static int make_like(cvol_context *context, cvol_array **out, const cvol_array *from, double step)
+/* Gives an array without terms all else that the source has, and this step. */
+static int copy_properties(cvol_context *context, cvol_array *array, const cvol_array *from,
+                           double step)
 {
-    int code = cvol_array_create(context, out, &from->grid, from->block);
-    if (!code)
-        code = cvol_coding_copy(context, *out, from);
+    int code = cvol_coding_copy(context, array, from);
     if (code)
         return code;
-    cvol_array *array = *out;
     array->step = ldexp(step, -cvol_coding_of(from)->true_length);
     array->offset = from->offset;
     array->lapped = from->lapped;
     array->threshold = from->threshold;
     array->error_bound = from->error_bound;
     code = cvol_array_set_summary(context, array, cvol_array_summary(from));
-    if (code)
-        return code;
-    return from->attributes ? cvol_array_keep_attributes(context, array, from->attributes,
-                                                         strlen(from->attributes))
-                            : CVOL_OK;
+    if (!code && from->attributes)
+        code = cvol_array_keep_attributes(context, array, from->attributes,
+                                          strlen(from->attributes));
+    return code;
+}
+
+/* Makes an array of the source's shape, without terms, with this step. */
+static int make_like(cvol_context *context, cvol_array **out, const cvol_array *from, double step)
+{
+    int code = cvol_array_create(context, out, &from->grid, from->block);
+    if (!code)
+        code = copy_properties(context, *out, from, step);
+    if (code) {
+        cvol_array_free(*out);
+        *out = NULL;
+    }
+    return code;
 }
 
 /* The result's bounds follow from the source's bounds and the distance of the coefficients; its
@@ -506,8 +516,6 @@ static int compress_decoded(cvol_context *context, cvol_array **out, cvol_compre
     how.has_fill = fills && fills->count == 1;
     if (how.has_fill)
         how.fill = cvol_fills_value(fills, 0, array->grid.type);
-    if (!how.block)
-        how.block = array->block;
     int code = cvol_array_evaluate_box(context, samples, array, zero, array->grid.dims);
     if (!code)
         code = cvol_compress(context, out, report, samples, &array->grid, &how);
