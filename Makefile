@@ -11,7 +11,7 @@ ifneq ($(shell command -v ninja 2>/dev/null),)
 export CMAKE_GENERATOR ?= Ninja
 endif
 
-.PHONY: all build web npm demo check coverage portability bench bench-paper bench-rd bench-render tables train fuzz failures races memory install wheel reference format clean help dependencies
+.PHONY: all build web npm demo check coverage portability bench bench-paper bench-rd bench-render tables train fuzz failures races memory uninitialised install wheel reference format clean help dependencies
 
 all: build
 
@@ -38,6 +38,7 @@ help:
 	@echo 'make failures  let every allocation and every call for a file fail once, for all commands; an hour'
 	@echo 'make races     look for races of threads, by the sanitizer of clang; 40 minutes'
 	@echo 'make memory    run all commands under valgrind; half an hour'
+	@echo 'make uninitialised  look for uses of memory that was never written, by the sanitizer of clang; 20 minutes'
 	@echo 'make reference  write the reference of the C library as HTML (needs doxygen)'
 	@echo 'make install   install under PREFIX (default /usr/local)'
 	@echo 'make wheel     make the wheel of the Python package, for all Linux on x86-64 with a glibc as new'
@@ -123,6 +124,9 @@ races: dependencies
 memory:
 	@scripts/dependencies.sh build memory
 	@scripts/memory.sh $(BUILD)-memory $(JOBS)
+
+uninitialised: dependencies
+	@scripts/uninitialised.sh $(BUILD)-uninitialised $(JOBS)
 
 install: build
 	@cmake --install $(BUILD) --prefix $(PREFIX)

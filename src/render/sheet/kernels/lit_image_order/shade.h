@@ -321,7 +321,7 @@ CVOL_INLINE void draw_lit_line(line_job *job, int segments)
         find_intersected_image_order(job, first, count);
         for (int group = first; group < first + count; group++)
             if (!job->line->opaque[group]) {
-                prefetch_group(job, group + AHEAD);
+                prefetch_group(job, group + AHEAD, first + count);
                 draw_group(job, group, segments);
             }
     }

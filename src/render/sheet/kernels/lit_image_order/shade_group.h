@@ -58,13 +58,14 @@ CVOL_INLINE void load_group(lit_group *g, const cvol_line *line, int group, int 
 /* Pixels of all lines exceed the second-level cache. */
 #define AHEAD 3
 
-CVOL_INLINE void prefetch_group(const line_job *job, int group)
+/* Groups from `end` on are not known to be seen. */
+CVOL_INLINE void prefetch_group(const line_job *job, int group, int end)
 {
     const cvol_line *line = job->line;
     const ptrdiff_t width = line->width;
     if ((group + 1) * CVOL_GROUP > width || line->opaque[group] ||
         !(line->intersected[group] != INT32_MIN ||
-          (group - job->first_group < RUN && job->seen[group - job->first_group])))
+          (group < end && job->seen[group - job->first_group])))
         return;
     const float *r = line->values + group * CVOL_GROUP, *s = line->pending + group * CVOL_GROUP;
     for (int k = 0; k < 5; k++)
