@@ -1,7 +1,8 @@
 /* Random small volumes, and pictures of them by all engines with random values of all options,
  * valid and invalid ones, one after the other by one renderer: a refusal has a sentence; a picture
  * has only finite values; and it is the picture of a new renderer with another number of threads,
- * so it does not depend on earlier ones.
+ * so it does not depend on earlier ones. Each instruction set of the processor draws it within the
+ * limits of doc/portability.md.
  *
  * usage: pictures [FIRST_SEED [COUNT [SECONDS]]]   one volume a seed
  *
@@ -11,6 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/cpu.h"
+#include "base/cpu_force.h"
 #include "cvol/cvol.h"
 #include "fuzz/seeds.h"
 #include "random.h"
@@ -318,17 +321,22 @@ static void check_values(const trial *t, const cvol_image *image)
         }
 }
 
-/* The largest difference of two pictures, in units of 1/255; of depths: 1000. */
-static double distance_of(const trial *t, const cvol_image *a, const cvol_image *b)
+/* The largest difference of colours and opacity of two pictures, in units of 1/255. */
+static double largest_of(const trial *t, const cvol_image *a, const cvol_image *b)
 {
-    const size_t count = pixels_of(a);
     double most = 0;
-    if (t->has_depth && memcmp(a->depth, b->depth, count * sizeof *a->depth) != 0)
-        return 1000;
-    for (size_t i = 0; i < 4 * count; i++)
+    for (size_t i = 0; i < 4 * pixels_of(a); i++)
         most = fmax(most, t->is_float ? 255 * fabs((double)a->values[i] - (double)b->values[i])
                                       : fabs((double)a->rgba[i] - (double)b->rgba[i]));
     return most;
+}
+
+/* The same; of depths: 1000. */
+static double distance_of(const trial *t, const cvol_image *a, const cvol_image *b)
+{
+    if (t->has_depth && memcmp(a->depth, b->depth, pixels_of(a) * sizeof *a->depth) != 0)
+        return 1000;
+    return largest_of(t, a, b);
 }
 
 /* The picture of a new renderer. */
@@ -351,6 +359,76 @@ static void check_again(trial *t, const cvol_image *image, const cvol_transfer *
     cvol_image_free(second);
 }
 
+/* ---- instruction sets ---------------------------------------------------------------------- */
+
+/* The limits of doc/portability.md for random volumes; with AVX-512 of unlit pictures: the light of
+ * noise, with a high shininess, shows the rounding of int16 samples. */
+enum { AVX2_LARGEST = 2, AVX512_LARGEST = 16 };
+
+/* A function without jumps over all values. Where a random one jumps, at the value of some sample,
+ * rounding decides. */
+static cvol_transfer *make_smooth_transfer(const trial *t)
+{
+    double lo = support_load(t->volume->data, t->grid.type, 0), hi = lo;
+    for (size_t i = 0; i < cvol_grid_samples(&t->grid); i++) {
+        const double value = support_load(t->volume->data, t->grid.type, i);
+        lo = fmin(lo, value);
+        hi = fmax(hi, value);
+    }
+    const double span = hi > lo ? hi - lo : 1;
+    const cvol_transfer_point points[] = {{lo - 0.2 * span, 0.9, 0.2, 0.1, 0},
+                                          {lo + 0.5 * span, 0.3, 0.8, 0.4, 0.5},
+                                          {hi + 0.2 * span, 0.2, 0.4, 1, 0}};
+    cvol_transfer *transfer;
+    if (cvol_transfer_create(t->context, &transfer, points, 3))
+        abort();
+    return transfer;
+}
+
+/* The picture by a new renderer and a set; NULL: refused. */
+static cvol_image *draw_by_set(const trial *t, cvol_cpu set, const cvol_transfer *transfer)
+{
+    cvol_renderer *renderer = NULL;
+    cvol_image *image = make_image(t);
+    cvol_cpu_force((int)set);
+    if (cvol_renderer_create(t->context, &renderer, t->engine, &t->source) ||
+        cvol_renderer_set_transfer(t->context, renderer, transfer) ||
+        cvol_renderer_render(t->context, renderer, image, &t->options)) {
+        violate(t, cvol_context_message(t->context));
+        cvol_image_free(image);
+        image = NULL;
+    }
+    cvol_renderer_free(renderer);
+    return image;
+}
+
+static void compare_sets(const trial *t, cvol_cpu set, const cvol_transfer *transfer, double limit)
+{
+    const cvol_cpu widest = cvol_cpu_best();
+    if (set > widest)
+        return;
+    cvol_image *base = draw_by_set(t, CVOL_CPU_BASE, transfer),
+               *other = draw_by_set(t, set, transfer);
+    cvol_cpu_force((int)widest);
+    if (base && other && largest_of(t, base, other) > limit) {
+        char what[80];
+        snprintf(what, sizeof what, "%s differs from the base set by %g of 255", cvol_cpu_name(set),
+                 largest_of(t, base, other));
+        violate(t, what);
+    }
+    cvol_image_free(base);
+    cvol_image_free(other);
+}
+
+static void check_sets(const trial *t, const cvol_transfer *transfer)
+{
+    cvol_transfer *smooth = make_smooth_transfer(t);
+    compare_sets(t, CVOL_CPU_AVX2, transfer, AVX2_LARGEST);
+    if (!t->options.shading.on)
+        compare_sets(t, CVOL_CPU_AVX512, smooth, AVX512_LARGEST);
+    cvol_transfer_free(smooth);
+}
+
 static void draw(trial *t, cvol_renderer *renderer, const cvol_transfer *transfer)
 {
     choose_options(t);
@@ -367,6 +445,7 @@ static void draw(trial *t, cvol_renderer *renderer, const cvol_transfer *transfe
         pictures++;
         check_values(t, image);
         check_again(t, image, transfer);
+        check_sets(t, transfer);
     }
     cvol_image_free(image);
 }

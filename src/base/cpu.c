@@ -1,5 +1,6 @@
 /* Processor detection. */
 #include "base/cpu.h"
+#include "base/cpu_force.h"
 
 #include <pthread.h>
 #include <stdlib.h>
@@ -40,6 +41,12 @@ cvol_cpu cvol_cpu_best(void)
 {
     pthread_once(&best_once, choose);
     return best;
+}
+
+void cvol_cpu_force(int cpu)
+{
+    pthread_once(&best_once, choose);
+    best = (cvol_cpu)cpu;
 }
 
 const char *cvol_cpu_name(cvol_cpu cpu)
