@@ -117,12 +117,16 @@ void cvol_sincos(double out[2], double x)
         out[0] = out[1] = x - x;
         return;
     }
-    const double q = rint(x * TWO_OVER_PI);
-    const double rest = (x - q * HALF_PI_1 - q * HALF_PI_2) - q * HALF_PI_3;
+    double rest = x;
+    int quarter = 0;
+    if (fabs(x) > 0.78) { /* up to pi / 4 nothing is reduced */
+        const double q = rint(x * TWO_OVER_PI);
+        rest = (x - q * HALF_PI_1 - q * HALF_PI_2) - q * HALF_PI_3;
+        quarter = (int)(q - 4 * floor(q / 4));
+    }
     const double square = rest * rest, s = rest * polynomial(square, sines, 8);
     const double c = 1 + square * polynomial(square, cosines, 8);
     const double re[4] = {c, -s, -c, s}, im[4] = {s, c, -s, -c};
-    const int quarter = (int)(q - 4 * floor(q / 4));
     out[0] = re[quarter];
     out[1] = im[quarter];
 }

@@ -278,7 +278,8 @@ static void invalid_fields_are_refused(void **state)
                          SIZE_MAX > UINT32_MAX ? "a whole array" : "limit of 4294967295 bytes");
     expect_refused_value(whole, CONTENT_AT, 4, "section SPEC");
     expect_refused_value(&kinds[7], HEAD_AT, UINT64_C(1) << 33,
-                         "more than a file of this size can hold");
+                         SIZE_MAX > UINT32_MAX ? "more than a file of this size can hold"
+                                               : "more than a program of 32 bits can address");
     expect_refused_value(blocks, HEAD_AT, 40, "section TERM");
     expect_refused_value(blocks, COUNT_AT, 1, "section TERM");
     expect_refused_value(blocks, COUNT_AT, UINT64_C(1) << 60, "coefficients in 27 blocks");

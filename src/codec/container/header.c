@@ -177,10 +177,11 @@ int cvol_head_take(cvol_context *context, cvol_header *header, cvol_cursor *cont
     header->coefficients = cvol_cursor_u64(content);
     if (content->failed)
         return fail_length(context, name, "HEAD", content);
-    for (int a = 0; a < 3; a++)
-        if (dims[a] != header->grid.dims[a])
-            return cvol_fail(context, CVOL_ERROR_LIMIT, "%s: axis %c has %llu samples", name,
-                             "xyz"[a], (unsigned long long)dims[a]);
+    for (int a = 0; a < 3; a++) {
+        const int code = cvol_check_size(context, name, "the length of an axis", dims[a]);
+        if (code)
+            return code;
+    }
     int code = cvol_grid_check(context, &header->grid, name);
     if (!code)
         code = check_method(context, header, name);
