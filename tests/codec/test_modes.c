@@ -197,6 +197,52 @@ static void test_psnr_and_bound_both_hold(void **state)
     cvol_context_free(context);
 }
 
+/* Noisy integers of few values: rounding hides most of a change of the step. */
+static void test_psnr_of_few_integers_is_reached(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    const cvol_grid grid = cvol_grid_make(36, 21, 17, CVOL_INT16);
+    const size_t count = cvol_grid_samples(&grid);
+    int16_t *samples = malloc(count * sizeof *samples);
+    assert_non_null(samples);
+    for (int i = 0; i < 4; i++) {
+        random_state r = {7};
+        cvol_compress_options options = cvol_compress_options_defaults();
+        cvol_compress_report report;
+        cvol_array *array;
+        for (size_t k = 0; k < count; k++)
+            samples[k] = (int16_t)(90 +
+                                   (i & 1 ? 40 : 10) * sin(0.21 * (double)(k % 36)) *
+                                       cos(0.17 * (double)(k / 36 % 21) + 0.1 * (double)(k / 756)) +
+                                   random_signed(&r));
+        options.target = CVOL_TARGET_PSNR;
+        options.target_value = i & 1 ? 40 : 30;
+        options.max_error = i & 2 ? 15 : 6;
+        assert_int_equal(cvol_compress(context, &array, &report, samples, &grid, &options),
+                         CVOL_OK);
+        cvol_array *read;
+        int16_t *decoded = pass_through_file(context, array, &read);
+        double most = 0, squares = 0;
+        int least = INT16_MAX, largest = INT16_MIN;
+        for (size_t k = 0; k < count; k++) {
+            const int off = samples[k] - decoded[k];
+            most = fmax(most, abs(off));
+            squares += (double)off * off;
+            least = samples[k] < least ? samples[k] : least;
+            largest = samples[k] > largest ? samples[k] : largest;
+        }
+        assert_true(20 * log10((largest - least) / sqrt(squares / (double)count)) >=
+                    options.target_value);
+        assert_true(most <= options.max_error && report.ratio > 2);
+        free(decoded);
+        cvol_array_free(read);
+        cvol_array_free(array);
+    }
+    free(samples);
+    cvol_context_free(context);
+}
+
 /* All modes with terms below a residual, with and without a mask. */
 static void test_blocks_without_overlap_hold_with_all_modes(void **state)
 {
@@ -470,6 +516,7 @@ int main(void)
         cmocka_unit_test(test_lossless_takes_any_target),
         cmocka_unit_test(test_bounds_of_all_types),
         cmocka_unit_test(test_psnr_and_bound_both_hold),
+        cmocka_unit_test(test_psnr_of_few_integers_is_reached),
         cmocka_unit_test(test_blocks_without_overlap_hold_with_all_modes),
         cmocka_unit_test(test_masked_samples_round_trip),
         cmocka_unit_test(test_residuals_are_written_again),

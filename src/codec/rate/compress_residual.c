@@ -23,6 +23,7 @@
 
 enum {
     TRIES_MAX = 12,
+    PATIENT_TRIES = 4, /* of TRIES_MAX: these expect that the PSNR follows the step */
     /* For a base that serves only as a preview: its share of the file, and the finest and the
      * coarsest step. A block's mean is 64 times as large in its terms, so terms remain at coarser
      * steps than the range. */
@@ -376,8 +377,10 @@ static int run_bound(modes *m, int *same)
         const double short_of = code ? 0 : wanted - m->attempt.array->psnr_db;
         if (code || short_of <= 0)
             return code;
-        /* The PSNR is too low: take a finer base. */
-        step *= cvol_pow(10, -(short_of + 0.1) / 20);
+        /* The PSNR is too low: take a finer base. If integers have few values, rounding hides most
+         * of a change of the step, so later tries ask for more. */
+        const int times = i < PATIENT_TRIES ? 1 : 1 << (i - PATIENT_TRIES + 1);
+        step *= cvol_pow(10, -times * (short_of + 0.1) / 20);
         m->mask = m->attempt.array->mask;
         m->attempt.array->mask = NULL;
     }

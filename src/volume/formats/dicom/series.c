@@ -270,8 +270,8 @@ static int compare_times(const void *a, const void *b, void *user)
         return h->time < k->time ? -1 : 1;
     if (h->instance < k->instance || h->instance > k->instance)
         return h->instance < k->instance ? -1 : 1;
-    if (p->head != q->head) /* natural order of names, the given file among them */
-        return cvol_folder_compare(h->path, k->path);
+    if (p->head != q->head) /* natural order of names; paths of one folder begin differently */
+        return cvol_folder_compare(cvol_input_name(h->path), cvol_input_name(k->path));
     return p->frame < q->frame ? -1 : p->frame > q->frame;
 }
 
