@@ -513,6 +513,20 @@ static void other_options_are_refused(void **state)
     free(samples);
 }
 
+/* A slab may not be stored without loss: a PSNR that floats cannot reach is an error. */
+static void unreachable_psnr_is_reported(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(40, 50, 20, CVOL_FLOAT32);
+    float *samples = make_volume(&grid, 1, 0.5);
+    given from = give(samples, &grid);
+    cvol_compress_report report;
+    support_write_text(file_path, "old");
+    check_failure(stream(&report, &from, &grid, CVOL_TARGET_PSNR, 195), CVOL_ERROR_TARGET,
+                  "a PSNR of 195 dB cannot be reached for these float32 samples");
+    free(samples);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -530,6 +544,7 @@ int main(void)
         cmocka_unit_test(progress_rises),
         cmocka_unit_test(full_disks_leave_no_file),
         cmocka_unit_test(other_options_are_refused),
+        cmocka_unit_test(unreachable_psnr_is_reported),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

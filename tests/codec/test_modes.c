@@ -197,6 +197,27 @@ static void test_psnr_and_bound_both_hold(void **state)
     cvol_context_free(context);
 }
 
+/* Lossless compression, which such a volume would be given first, refuses the bits of its NaN. */
+static void test_many_kinds_of_nan(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    const cvol_grid grid = cvol_grid_make(64, 64, 40, CVOL_FLOAT32);
+    uint32_t *samples = calloc(cvol_grid_samples(&grid), sizeof *samples);
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_array *array;
+    assert_non_null(samples);
+    for (uint32_t i = 0; i < 9; i++)
+        samples[1000 * i] = 0x7fc00000 + i;
+    options.has_fill = 1;
+    options.fill = (double)NAN;
+    assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options),
+                     CVOL_ERROR_DATA);
+    assert_null(array);
+    free(samples);
+    cvol_context_free(context);
+}
+
 /* Noisy integers of few values: rounding hides most of a change of the step. */
 static void test_psnr_of_few_integers_is_reached(void **state)
 {
@@ -517,6 +538,7 @@ int main(void)
         cmocka_unit_test(test_bounds_of_all_types),
         cmocka_unit_test(test_psnr_and_bound_both_hold),
         cmocka_unit_test(test_psnr_of_few_integers_is_reached),
+        cmocka_unit_test(test_many_kinds_of_nan),
         cmocka_unit_test(test_blocks_without_overlap_hold_with_all_modes),
         cmocka_unit_test(test_masked_samples_round_trip),
         cmocka_unit_test(test_residuals_are_written_again),

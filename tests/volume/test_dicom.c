@@ -134,21 +134,34 @@ static const char *write_slice(const char *name, const slice *s)
     return write_bytes(name, file, file_size);
 }
 
+static int folder_number; /* of the latest folder of slices */
+
+static void remove_slices(void)
+{
+    static const char *const names[] = {"/a.dcm", "/b.dcm", "/c.dcm", ""};
+    char name[32];
+    for (int i = 0; folder_number && i < 4; i++) {
+        snprintf(name, sizeof name, "d%d%s", folder_number, names[i]);
+        (void)remove(in_folder(name));
+    }
+}
+
 /* An empty folder; the one before is removed. */
 static const char *fresh(void)
 {
-    static const char *const names[] = {"a.dcm", "b.dcm", "c.dcm", ""};
     static char path[4096];
-    static int number;
     char name[32];
-    for (int i = 0; number && i < 4; i++) {
-        snprintf(name, sizeof name, "d%d/%s", number, names[i]);
-        (void)remove(in_folder(name));
-    }
-    snprintf(name, sizeof name, "d%d", ++number);
+    remove_slices();
+    snprintf(name, sizeof name, "d%d", ++folder_number);
     snprintf(path, sizeof path, "%s", in_folder(name));
     assert_int_equal(mkdir(path, 0700), 0);
     return path;
+}
+
+static int teardown(void **state)
+{
+    remove_slices();
+    return files_teardown(state);
 }
 
 /* The name of a file in such a folder. */
@@ -541,5 +554,5 @@ int main(void)
         cmocka_unit_test(test_damaged_fragments),
         cmocka_unit_test(test_bad_values),
     };
-    return cmocka_run_group_tests(tests, files_setup, files_teardown);
+    return cmocka_run_group_tests(tests, files_setup, teardown);
 }
