@@ -289,10 +289,11 @@ static void boxes_ignore_other_bricks(void **state)
 static size_t find_section(const uint8_t *data, size_t size, const char *tag)
 {
     for (size_t at = 12; at + 24 <= size;) {
-        uint64_t length;
+        uint64_t length = 0;
         if (!memcmp(data + at, tag, 4))
             return at + 24;
-        memcpy(&length, data + at + 8, sizeof length);
+        for (size_t b = 0; b < 8; b++)
+            length |= (uint64_t)data[at + 8 + b] << 8 * b;
         at += 24 + (size_t)length;
     }
     fail_msg("no section %s", tag);

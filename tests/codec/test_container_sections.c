@@ -352,7 +352,10 @@ static void large_psnr_round_trips(void **state)
             uint8_t *content = data + section->offset + 24;
             if (strcmp(section->tag, "ERRS"))
                 continue;
-            memcpy(content, &stored[i], 8);
+            uint64_t bits;
+            memcpy(&bits, &stored[i], sizeof bits);
+            for (int b = 0; b < 8; b++)
+                content[b] = (uint8_t)(bits >> 8 * b);
             put_u32(data + section->offset + 16, cvol_crc32c(content, (size_t)section->length));
             flag(data, section, section->flags);
         }
