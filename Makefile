@@ -125,8 +125,8 @@ memory:
 	@scripts/dependencies.sh build memory
 	@scripts/memory.sh $(BUILD)-memory $(JOBS)
 
-uninitialised: dependencies
-	@scripts/uninitialised.sh $(BUILD)-uninitialised $(JOBS)
+uninitialised: dependencies build
+	@scripts/uninitialised.sh $(BUILD)-uninitialised $(JOBS) --made-by $(BUILD)/cvol
 
 install: build
 	@cmake --install $(BUILD) --prefix $(PREFIX)

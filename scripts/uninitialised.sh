@@ -4,7 +4,8 @@
 # too. With the kernels of AVX2 and of the base set: the sanitizer gives false alarms for AVX-512, whose minima and
 # maxima it does not follow lane by lane.
 # The sources of zlib come from Debian's source package, unless ZLIB_SOURCE names a folder that has them.
-# usage: scripts/uninitialised.sh FOLDER JOBS [OPTIONS of tests/failures/checked.py]
+# usage: scripts/uninitialised.sh FOLDER JOBS --made-by CVOL [OPTIONS of tests/failures/checked.py]
+#        CVOL: one that has all libraries
 set -eu
 mkdir -p "$1"
 folder=$(cd "$1" && pwd)

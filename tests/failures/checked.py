@@ -7,6 +7,7 @@ Runs the commands of commands.py once each under a checker of memory or of threa
   --races          cvol is built with the thread sanitizer (-DCVOL_SANITIZE=thread): no race
   --uninitialised  cvol is built with the memory sanitizer (scripts/uninitialised.sh): no use of memory that was not
                    written. Such a build lacks libraries: commands that need one are left out
+  --made-by CVOL   the cvol that makes the inputs (default: CVOL), if CVOL lacks a library
   --only TEXT      commands whose name contains TEXT; several: separated by commas
   --threads N      threads of the commands (default 1; with --races 3)
   --jobs N         commands at once (default 1)
@@ -68,6 +69,7 @@ def parse(arguments):
     parser.add_argument("--valgrind", action="store_true")
     parser.add_argument("--races", action="store_true")
     parser.add_argument("--uninitialised", action="store_true")
+    parser.add_argument("--made-by", type=os.path.abspath)
     parser.add_argument("--only", default="")
     parser.add_argument("--threads", type=int)
     parser.add_argument("--jobs", type=int, default=1)
@@ -88,7 +90,7 @@ def main():
     shutil.rmtree(options.folder, ignore_errors=True)
     os.makedirs(os.path.join(options.folder, "in"))
     os.chdir(os.path.join(options.folder, "in"))
-    inputs.make(options.cvol)
+    inputs.make(options.made_by or options.cvol)
     runner = failures.Runner(options)
     chosen = [(name, command) for name, command in commands.COMMANDS.items()
               if any(text in name for text in options.only.split(",")) and not command.startswith("PYTHON ")
