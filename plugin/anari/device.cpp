@@ -3,6 +3,8 @@
 #include "queries.h"
 #include "types.h"
 
+#include <new>
+
 namespace cvol_anari
 {
 
@@ -253,7 +255,11 @@ void device::commitParameters(ANARIObject handle)
 {
     const guard held(lock);
     object &o = find(handle);
-    o.commit();
+    try {
+        o.commit();
+    } catch (const std::bad_alloc &) {
+        o.report(ANARI_SEVERITY_ERROR, ANARI_STATUS_OUT_OF_MEMORY, "there is no memory");
+    }
     if (&o != self)
         return;
     status = self->get("statusCallback", ANARI_STATUS_CALLBACK, defaultStatusCallback());
@@ -394,7 +400,11 @@ void device::renderFrame(ANARIFrame handle)
     f.is_ready(true);
     f.end_thread();
     const guard held(lock);
-    f.render();
+    try {
+        f.render();
+    } catch (const std::bad_alloc &) {
+        f.report(ANARI_SEVERITY_ERROR, ANARI_STATUS_OUT_OF_MEMORY, "there is no memory");
+    }
 }
 
 int device::frameReady(ANARIFrame handle, ANARIWaitMask mask)

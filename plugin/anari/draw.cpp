@@ -308,13 +308,13 @@ static double find_distance(const drawn_volume &v, const camera_state &c)
 
 std::string draw(cvol_context *context, pixels *out, const drawing &scene)
 {
-    const size_t count = static_cast<size_t>(scene.width) * scene.height;
-    out->rgba.assign(4 * count, 0);
-    out->depth.assign(count, std::numeric_limits<float>::infinity());
     canvas on;
     if (!make_canvas(&on, scene))
         return "size, aspect and imageRegion need a picture of more than " +
                std::to_string(CVOL_IMAGE_SIZE_MAX) + " rows or columns";
+    const size_t count = static_cast<size_t>(scene.width) * scene.height;
+    out->rgba.assign(4 * count, 0);
+    out->depth.assign(count, std::numeric_limits<float>::infinity());
     int code = CVOL_OK;
     std::vector<drawn_volume> volumes = scene.volumes;
     std::stable_sort(volumes.begin(), volumes.end(),

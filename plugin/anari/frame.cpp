@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <new>
 
 namespace cvol_anari
 {
@@ -107,7 +108,11 @@ void frame::job::run()
     cvol_context *context = cvol_context_create();
     if (context) {
         cvol_context_set_progress(context, follow, this);
-        message = draw(context, &result, scene);
+        try {
+            message = draw(context, &result, scene);
+        } catch (const std::bad_alloc &) {
+            message = "there is no memory for a picture of this size";
+        }
         cvol_context_free(context);
     } else
         message = "there is no memory";
@@ -202,11 +207,11 @@ static std::vector<float> make_background(const renderer &r, const uint32_t size
 void frame::render()
 {
     tell_failure();
-    const char *missing = !shown                   ? "world"
-                          : !eye                   ? "camera"
-                          : !by                    ? "renderer"
-                          : size[0] * size[1] == 0 ? "size"
-                                                   : nullptr;
+    const char *missing = !shown                 ? "world"
+                          : !eye                 ? "camera"
+                          : !by                  ? "renderer"
+                          : !size[0] || !size[1] ? "size"
+                                                 : nullptr;
     if (missing) {
         report(ANARI_SEVERITY_ERROR, ANARI_STATUS_INVALID_OPERATION,
                std::string(missing) + " is missing, so there is no picture");

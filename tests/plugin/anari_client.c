@@ -491,6 +491,13 @@ static void check_messages(ANARIDevice d)
     anariCommitParameters(d, frame);
     anariRenderFrame(d, frame);
     EXPECT(was_told("frame: world is missing, so there is no picture"));
+    const uint32_t huge[2] = {70000, 70000};
+    anariSetParameter(d, frame, "world", ANARI_WORLD, &world);
+    anariSetParameter(d, frame, "size", ANARI_UINT32_VEC2, huge);
+    anariCommitParameters(d, frame);
+    uint32_t size[2];
+    EXPECT(!draw(d, frame, "channel.color", size));
+    EXPECT(was_told("need a picture of more than 32768 rows or columns"));
     anariRelease(d, frame);
     anariRelease(d, world);
     anariRelease(d, volume);
