@@ -38,7 +38,7 @@ help:
 	@echo 'make failures  let every allocation and every call for a file fail once, for all commands; an hour'
 	@echo 'make races     look for races of threads, by the sanitizer of clang; 40 minutes'
 	@echo 'make memory    run all commands under valgrind; half an hour'
-	@echo 'make uninitialised  look for uses of memory that was never written, by the sanitizer of clang; 20 minutes'
+	@echo 'make uninitialised  look for uses of memory that was never written, by the sanitizer of clang'
 	@echo 'make reference  write the reference of the C library as HTML (needs doxygen)'
 	@echo 'make install   install under PREFIX (default /usr/local)'
 	@echo 'make wheel     make the wheel of the Python package, for all Linux on x86-64 with a glibc as new'
