@@ -138,12 +138,16 @@ void CVOL_SIMD(cvol_warp_bytes)(uint8_t *rgba, const float *values, int count,
         transmittance[i] = i | 3;
     }
     for (int i = 0; i < 4 * count; i += CVOL_LANES) {
-        const cvol_vf value = cvol_load(values + i);
+        const int left = 4 * count - i;
+        cvol_vf value = zero;
+        if (left < CVOL_LANES)
+            memcpy(&value, values + i, (size_t)left * sizeof *values);
+        else
+            value = cvol_load(values + i);
         const cvol_vf seen = cvol_shuffle(value, value, transmittance);
         const cvol_vf level = value + cvol_min(cvol_max(seen, zero), one) * ground;
         const bytes now = __builtin_convertvector(
             cvol_to_int(cvol_min(cvol_max(cvol_max(level, base), zero), one) * 255 + 0.5f), bytes);
-        const int left = 4 * count - i;
         memcpy(rgba + i, &now, left < CVOL_LANES ? (size_t)left : sizeof now);
     }
 }
