@@ -169,6 +169,16 @@ static void test_no_background_without_gain(void **state)
     cvol_array_free(compress(&sharp, &options, &report));
     assert_int_equal(report.background_samples, 0);
     assert_true(report.psnr_db >= 100);
+    /* So few terms that the mask would take most of the file. */
+    cvol_volume body = make_body(CVOL_UINT8, 0, 0, 5);
+    cvol_compress_options coarse = finding(CVOL_TARGET_PSNR, 20);
+    cvol_compress_report without;
+    cvol_array_free(compress(&body, &coarse, &report));
+    coarse.background = CVOL_BACKGROUND_NONE;
+    cvol_array_free(compress(&body, &coarse, &without));
+    assert_true(report.background_samples == 0 && report.psnr_db >= 20);
+    assert_int_equal(report.file_bytes, without.file_bytes);
+    free(body.data);
     /* It can still be requested. */
     options.background = CVOL_BACKGROUND_VALUE;
     cvol_array_free(compress(&sharp, &options, &report));
