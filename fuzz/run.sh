@@ -137,7 +137,7 @@ for source in $(find $folders -name '*.c' ! -name '*_module.c' ! -path 'src/imag
     */tiff_missing.c) [ -z "$tiff" ] || continue ;;
     */tiff/tiff.c | */tiff/page.c) [ -n "$tiff" ] || continue ;;
     */pictures/png.c | */pictures/jpeg.c) continue ;; # a folder is no input of a fuzzer
-    */base/png_words.c) [ -n "$codec" ] || continue ;;
+    */base/png_library.c) [ -n "$codec" ] || continue ;;
     */photo_jpeg.c | */photo_webp.c | */webp_film.c | */gif_film.c) continue ;;
     esac
     name=$(echo "${source#src/}" | tr / -) # folders may share names

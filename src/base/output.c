@@ -5,7 +5,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,6 +13,7 @@
 
 #include "base/bytes.h"
 #include "base/context.h"
+#include "base/hidden_name.h"
 #include "base/memory.h"
 
 struct cvol_output {
@@ -37,28 +37,6 @@ static void output_free(cvol_output *output)
     free(output);
 }
 
-#define TEMPORARY ".cvol-XXXXXX"
-
-/* FOLDER/.cvol-XXXXXX: hidden. */
-static char *temporary_name_for(const char *final_name)
-{
-    const char *slash = strrchr(final_name, '/');
-    const size_t folder_length = slash ? (size_t)(slash + 1 - final_name) : 0;
-    const size_t length = folder_length + sizeof TEMPORARY;
-    char *temporary = malloc(length);
-    if (temporary)
-        snprintf(temporary, length, "%.*s%s", (int)folder_length, final_name, TEMPORARY);
-    return temporary;
-}
-
-/* The permissions that an ordinary new file would get. */
-static mode_t default_mode(void)
-{
-    mode_t mask = umask(0);
-    umask(mask);
-    return 0666 & ~mask;
-}
-
 /* A file's folder, as a path that can be opened; NULL without memory. */
 static char *folder_of(const char *path)
 {
@@ -73,10 +51,10 @@ static void link_of(char link[32], int fd)
 }
 
 /* Opens a file without a name in the folder of the final one; -1 if the file system has none. */
-static int open_unnamed(const char *final_name)
+static int open_unnamed(const char *final_name, unsigned mode)
 {
     char link[32], *folder = folder_of(final_name);
-    int fd = folder ? cvol_file_open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600) : -1;
+    int fd = folder ? cvol_file_open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, mode) : -1;
     free(folder);
     if (fd < 0)
         return -1;
@@ -86,18 +64,6 @@ static int open_unnamed(const char *final_name)
     close(fd);
     return -1;
 }
-
-/* Puts other six digits at the end of a temporary name. A process repeats them after 2^24 names. */
-static void next_hidden_name(char *name)
-{
-    static atomic_uint used;
-    char digits[9];
-    snprintf(digits, sizeof digits, "%06x",
-             ((unsigned)getpid() + 0x10001 * atomic_fetch_add(&used, 1)) & 0xffffff);
-    memcpy(name + strlen(name) - 6, digits, 6);
-}
-
-enum { TRIES_MAX = 1000 };
 
 /* Gives an unnamed file the final name if that is free and `may_end`, else a temporary one until it
  * is renamed. 0 or an errno. */
@@ -109,8 +75,8 @@ static int link_unnamed(cvol_output *output, int may_end)
         return 0;
     if (!may_end)
         errno = EEXIST;
-    for (int i = 0; errno == EEXIST && i < TRIES_MAX; i++) {
-        next_hidden_name(output->temporary_name);
+    for (int i = 0; errno == EEXIST && i < CVOL_HIDDEN_TRIES; i++) {
+        cvol_hidden_name_next(output->temporary_name);
         if (!linkat(AT_FDCWD, link, AT_FDCWD, output->temporary_name, AT_SYMLINK_FOLLOW)) {
             output->is_unnamed = 0;
             return 0;
@@ -140,7 +106,6 @@ int cvol_output_open(cvol_context *context, cvol_output **out, const char *path)
     }
     int code = CVOL_OK;
     struct stat status;
-    mode_t mode = default_mode();
     int exists = !stat(output->final_name, &status);
     if (!exists && errno == ENAMETOOLONG)
         code = cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be written: %s", path,
@@ -155,18 +120,20 @@ int cvol_output_open(cvol_context *context, cvol_output **out, const char *path)
     } else if (exists && (!(status.st_mode & 0222) || access(output->final_name, W_OK)))
         code = cvol_fail(context, CVOL_ERROR_IO, "%s: is read-only", path);
     else {
-        output->temporary_name = temporary_name_for(output->final_name);
+        output->temporary_name = cvol_hidden_name_for(output->final_name);
         if (!output->temporary_name)
             code = cvol_fail_memory(context, strlen(path), path);
         else {
-            output->fd = open_unnamed(output->final_name);
+            /* The umask is the whole process's: only the system can apply it safely. */
+            const unsigned mode = exists ? 0600 : 0666;
+            output->fd = open_unnamed(output->final_name, mode);
             output->is_unnamed = output->fd >= 0;
             if (output->fd < 0)
-                output->fd = mkostemp(output->temporary_name, O_CLOEXEC);
+                output->fd = cvol_hidden_file(output->temporary_name, mode);
             if (output->fd < 0)
                 code = cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be written: %s", path,
                                  strerror(errno));
-            else if (fchmod(output->fd, exists ? status.st_mode & 0777 : mode)) {
+            else if (exists && fchmod(output->fd, status.st_mode & 0777)) {
                 /* Permissions are optional: a file system without them is not an error. */
             }
         }
@@ -245,17 +212,19 @@ int cvol_output_scratch(cvol_context *context, const cvol_output *output, int *f
     const char *root = getenv("TMPDIR");
     char *folder = output->in_place ? strdup(root && *root ? root : "/tmp")
                                     : folder_of(output->final_name);
-    const size_t length = folder ? strlen(folder) + sizeof "/" TEMPORARY : 0;
-    char *name = folder ? malloc(length) : NULL;
+    char *inside = NULL, *name = NULL;
+    if (folder && asprintf(&inside, "%s/", folder) >= 0) {
+        name = cvol_hidden_name_for(inside);
+        free(inside);
+    }
     int code = CVOL_OK;
     *fd = -1;
     if (!name) {
-        code = cvol_fail_memory(context, length, output->final_name);
+        code = cvol_fail_memory(context, strlen(output->final_name), output->final_name);
     } else {
         *fd = cvol_file_open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
         if (*fd < 0) { /* not available on every file system */
-            snprintf(name, length, "%s/" TEMPORARY, folder);
-            *fd = mkostemp(name, O_CLOEXEC);
+            *fd = cvol_hidden_file(name, 0600);
             if (*fd < 0)
                 code = cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be written: %s",
                                  output->final_name, strerror(errno));
@@ -367,13 +336,12 @@ static int keep_file(const char *path, const char *temporary_name, char **hidden
     *hidden = NULL;
     if (!name)
         return ENOMEM;
-    for (int i = 0; reason == EEXIST && i < TRIES_MAX; i++) {
-        next_hidden_name(name);
+    for (int i = 0; reason == EEXIST && i < CVOL_HIDDEN_TRIES; i++) {
+        cvol_hidden_name_next(name);
         reason = link(path, name) ? errno : 0;
     }
     if (reason && reason != ENOENT) {
-        memset(name + strlen(name) - 6, 'X', 6);
-        const int fd = mkostemp(name, O_CLOEXEC); /* the name is free, so that no file is lost */
+        const int fd = cvol_hidden_file(name, 0600); /* the name is free, so that no file is lost */
         reason = fd < 0 || rename(path, name) ? errno : 0;
         if (fd >= 0)
             close(fd);

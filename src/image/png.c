@@ -4,7 +4,7 @@
  * memory first, so that libpng reads from memory only; the header's sizes are checked against the
  * limits and the file's size before any allocation.
  *
- * libpng reports errors by longjmp (png_words.h). All state that must survive it is in one struct
+ * libpng reports errors by longjmp (png_library.h). All state that must survive it is in one struct
  * behind a pointer: no local variable changes between setjmp and longjmp. */
 #include "cvol/image.h"
 
@@ -17,10 +17,7 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "base/png_words.h"
-
-/* Deflate cannot pack more than this many bytes into one (zlib's technical notes: 1032). */
-#define DEFLATE_RATIO_MAX 1040
+#include "base/png_library.h"
 
 #define SIGNATURE_BYTES 8
 
@@ -33,16 +30,6 @@ typedef struct png_job {
     cvol_cursor file;
     cvol_image *image; /* once its size is known */
 } png_job;
-
-static void read_from_cursor(png_structp png, png_bytep out, size_t size)
-{
-    png_job *job = png_get_io_ptr(png);
-    const uint8_t *data = cvol_cursor_take(&job->file, size);
-    if (!data)
-        png_error(png, "the file ends too early");
-    else
-        memcpy(out, data, size);
-}
 
 /* Refuses sizes beyond the limits, and sizes that are too large for the file's bytes. */
 static int check_header(png_job *job)
@@ -59,8 +46,7 @@ static int check_header(png_job *job)
                          "%s: %llu x %llu pixels are more than the limit of %llu bytes", job->path,
                          (unsigned long long)width, (unsigned long long)height,
                          (unsigned long long)cvol_context_limit_bytes(job->context));
-    uint64_t packed = (uint64_t)png_get_rowbytes(job->png, job->info) * height;
-    if (packed / DEFLATE_RATIO_MAX > job->file.size)
+    if (cvol_png_is_too_short(job->png, job->info, job->file.size))
         return cvol_fail(job->context, CVOL_ERROR_FORMAT,
                          "%s: %zu bytes cannot hold the %llu x %llu pixels that its header claims",
                          job->path, job->file.size, (unsigned long long)width,
@@ -98,7 +84,7 @@ static int decode(png_job *job)
                          job->message.is_memory ? CVOL_ERROR_MEMORY : CVOL_ERROR_FORMAT,
                          job->message.is_memory ? "%s: not enough memory: %s" : "%s: PNG: %s",
                          job->path, job->message.text);
-    png_set_read_fn(job->png, job, read_from_cursor);
+    cvol_png_read_from(job->png, &job->file);
     /* check_header checks the limits, so that exceeding them has its own error code. */
     png_set_user_limits(job->png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
     png_read_info(job->png, job->info);

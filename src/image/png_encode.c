@@ -1,6 +1,6 @@
 /* PNG files in memory, by libpng.
  *
- * libpng reports errors by longjmp (png_words.h). All state that must survive it is in one struct
+ * libpng reports errors by longjmp (png_library.h). All state that must survive it is in one struct
  * behind a pointer: no local variable changes between setjmp and longjmp. */
 #include "image/png_encode.h"
 
@@ -11,7 +11,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
-#include "base/png_words.h"
+#include "base/png_library.h"
 
 typedef struct png_job {
     cvol_context *context;

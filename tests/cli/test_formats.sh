@@ -334,6 +334,22 @@ if [ -e pictures/grey ]; then
     expect_equal "$(value_of colours)" true
     expect_done cvol compress pictures/grey --lossless
     [ -e pictures/grey.cvol ] || fail 'compress of the folder grey must write grey.cvol'
+    # Blank slices take less than a byte for a row: 1-bit grey, and a palette of two colours.
+    mkdir blank
+    "$python" -c '
+import struct, zlib
+def chunk(kind, data):
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+for name, kind, palette in ("grey", 0, b""), ("colour", 3, chunk(b"PLTE", bytes([0, 0, 0, 255, 0, 0]))):
+    header = struct.pack(">IIBBBBB", 2048, 2048, 1, kind, 0, 0, 0)
+    open("blank/%s.png" % name, "wb").write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + palette
+        + chunk(b"IDAT", zlib.compress(bytes(257 * 2048), 9)) + chunk(b"IEND", b""))'
+    mv blank/colour.png .
+    expect_done cvol info blank --json
+    expect_equal "$(value_of type)" uint8
+    mv colour.png blank/grey.png
+    expect_done cvol info blank --json
+    expect_equal "$(value_of colours)" true
     mkdir beside
     cp pictures/grey/slice0.png beside/preview.png
     cp npy/lu2.npy beside/scan.npy

@@ -99,10 +99,10 @@ expect_equal "$(value_of dims)$(value_of origin)" '[10,67,4][0.0,3.0,5.0]'
 mkdir -p wave.ome.zarr/labels other.zarr file
 expect_failure 1 "wave.ome.zarr: exists and has 'labels', which cvol does not write: remove it first" \
     cvol decompress wave.cvol wave.ome.zarr
-expect_failure 1 'other.zarr: is a directory, and no image of OME-Zarr that could be replaced' \
+expect_failure 1 'other.zarr: is a directory that is not an image of OME-Zarr, so it is not replaced' \
     cvol decompress wave.cvol other.zarr
 echo text >file.zarr
-expect_failure 1 'file.zarr: is a file, and no folder: remove it first' cvol decompress wave.cvol file.zarr
+expect_failure 1 'file.zarr: is a file, not a folder: remove it first' cvol decompress wave.cvol file.zarr
 expect_failure 1 'none/x.zarr: ' cvol decompress wave.cvol none/x.zarr
 head -c 4000 wave.cvol >cut.cvol
 expect_failure 1 'cut.cvol' cvol decompress cut.cvol cut.zarr
@@ -228,7 +228,7 @@ for type in uint8 int8 uint16 int16 uint32 int32 float32 float64; do
     written kind.zarr kind.npy
 done
 cp -R v3_plain.zarr other3.zarr
-expect_failure 1 'other3.zarr: is a directory, and no image of OME-Zarr that could be replaced' \
+expect_failure 1 'other3.zarr: is a directory that is not an image of OME-Zarr, so it is not replaced' \
     cvol decompress wave.cvol other3.zarr
 expect_failure 2 '--zarr-format is 4, must be 2 or 3' cvol decompress wave.cvol x.zarr --zarr-format 4
 expect_failure 2 'x.nrrd: is no folder of Zarr (.zarr): leave out --zarr-format' \

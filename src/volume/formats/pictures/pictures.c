@@ -129,6 +129,8 @@ static int list_pictures(cvol_context *context, stack *s, const char *path)
     }
     while (!code && s->files.count > kept)
         free(s->files.paths[--s->files.count]);
+    if (!code && !kept) /* files that were removed since the folder was recognised */
+        code = cvol_fail(context, CVOL_ERROR_IO, "%s: has no PNG or JPEG file", path);
     return code;
 }
 

@@ -1,4 +1,4 @@
-/* PNG as slices of a volume, by libpng, which reports errors by longjmp (base/png_words.h): no
+/* PNG as slices of a volume, by libpng, which reports errors by longjmp (base/png_library.h): no
  * local variable changes between setjmp and longjmp. */
 #include <png.h>
 #include <setjmp.h>
@@ -9,11 +9,8 @@
 #include "base/bytes.h"
 #include "base/context.h"
 #include "base/file.h"
-#include "base/png_words.h"
+#include "base/png_library.h"
 #include "volume/formats/pictures/picture.h"
-
-/* Deflate cannot pack more than this many bytes into one (zlib's technical notes: 1032). */
-#define DEFLATE_RATIO_MAX 1040
 
 typedef struct png_job {
     cvol_context *context;
@@ -25,16 +22,6 @@ typedef struct png_job {
     cvol_picture *out;
     png_bytep *rows;
 } png_job;
-
-static void read_from_cursor(png_structp png, png_bytep out, size_t size)
-{
-    png_job *job = png_get_io_ptr(png);
-    const uint8_t *data = cvol_cursor_take(&job->file, size);
-    if (!data)
-        png_error(png, "the file ends too early");
-    else
-        memcpy(out, data, size);
-}
 
 static int has_grey_palette(const png_job *job)
 {
@@ -73,13 +60,6 @@ static void choose_pixels(png_job *job)
 static int make_room(png_job *job)
 {
     const size_t bytes = png_get_rowbytes(job->png, job->info), height = job->out->height;
-    int code = cvol_picture_check(job->context, job->out, job->path);
-    if (code)
-        return code;
-    if (bytes / DEFLATE_RATIO_MAX > job->file.size / height)
-        return cvol_fail(job->context, CVOL_ERROR_FORMAT,
-                         "%s: %zu bytes cannot hold the %zu x %zu pixels that its header claims",
-                         job->path, job->file.size, job->out->width, height);
     job->out->pixels = malloc(bytes * height);
     job->rows = malloc(height * sizeof *job->rows);
     if (!job->out->pixels || !job->rows)
@@ -92,10 +72,17 @@ static int make_room(png_job *job)
 /* May end by longjmp. */
 static int read_all(png_job *job)
 {
-    png_set_read_fn(job->png, job, read_from_cursor);
+    cvol_png_read_from(job->png, &job->file);
     png_read_info(job->png, job->info);
+    const int is_too_short = cvol_png_is_too_short(job->png, job->info, job->file.size);
     choose_pixels(job);
-    const int code = make_room(job);
+    int code = cvol_picture_check(job->context, job->out, job->path);
+    if (!code && is_too_short)
+        code = cvol_fail(job->context, CVOL_ERROR_FORMAT,
+                         "%s: %zu bytes cannot hold the %zu x %zu pixels that its header claims",
+                         job->path, job->file.size, job->out->width, job->out->height);
+    if (!code)
+        code = make_room(job);
     if (code)
         return code;
     png_read_image(job->png, job->rows);

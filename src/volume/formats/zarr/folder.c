@@ -14,6 +14,7 @@
 
 #include "base/context.h"
 #include "base/file.h"
+#include "base/hidden_name.h"
 #include "volume/formats/zarr/json.h"
 
 /* Open files of nftw. */
@@ -144,7 +145,7 @@ static int check_existing(cvol_context *context, const cvol_zarr_folder *folder)
                    ? CVOL_OK /* the output is new, or cannot be made */
                    : cvol_fail(context, CVOL_ERROR_IO, "%s: %s", folder->name, strerror(errno));
     if (!S_ISDIR(status.st_mode))
-        return cvol_fail(context, CVOL_ERROR_IO, "%s: is a file, and no folder: remove it first",
+        return cvol_fail(context, CVOL_ERROR_IO, "%s: is a file, not a folder: remove it first",
                          folder->name);
     int is_group = 0;
     code = find_group(context, &is_group, folder, ".zgroup");
@@ -153,30 +154,14 @@ static int check_existing(cvol_context *context, const cvol_zarr_folder *folder)
     if (code)
         return code;
     if (!is_group)
-        return cvol_fail(context, CVOL_ERROR_IO,
-                         "%s: is a directory, and no image of OME-Zarr that could be replaced",
-                         folder->name);
+        return cvol_fail(
+            context, CVOL_ERROR_IO,
+            "%s: is a directory that is not an image of OME-Zarr, so it is not replaced",
+            folder->name);
     return check_entries(context, folder);
 }
 
 /* ---- writing -------------------------------------------------------------------------- */
-
-static mode_t usual_mode(void)
-{
-    const mode_t mask = umask(0);
-    umask(mask);
-    return 0777 & ~mask;
-}
-
-/* FOLDER/.cvol-XXXXXX: hidden. */
-static char *temporary_name(const char *final)
-{
-    char *name;
-    const char *slash = strrchr(final, '/');
-    return asprintf(&name, "%.*s.cvol-XXXXXX", slash ? (int)(slash + 1 - final) : 0, final) < 0
-               ? NULL
-               : name;
-}
 
 int cvol_zarr_folder_open(cvol_context *context, cvol_zarr_folder *folder, const char *path)
 {
@@ -188,15 +173,14 @@ int cvol_zarr_folder_open(cvol_context *context, cvol_zarr_folder *folder, const
     int code = check_existing(context, folder);
     if (code)
         return code;
-    folder->temporary = temporary_name(folder->final);
+    folder->temporary = cvol_hidden_name_for(folder->final);
     if (!folder->temporary)
         return cvol_fail_memory(context, strlen(path), path);
-    if (!mkdtemp(folder->temporary)) {
+    if (cvol_hidden_folder(folder->temporary, 0777)) {
         code = fail(context, folder);
         free(folder->temporary);
         folder->temporary = NULL;
-    } else if (chmod(folder->temporary, usual_mode()))
-        code = fail(context, folder);
+    }
     return code;
 }
 
@@ -266,11 +250,11 @@ static int exchange(const cvol_zarr_folder *folder)
     if (!renameat2(AT_FDCWD, folder->temporary, AT_FDCWD, folder->final, RENAME_EXCHANGE))
         return 1;
 #endif
-    char *aside = temporary_name(folder->final);
+    char *aside = cvol_hidden_name_for(folder->final);
     int done = 0;
     if (!aside)
         errno = ENOMEM;
-    if (aside && mkdtemp(aside)) {
+    if (aside && !cvol_hidden_folder(aside, 0700)) {
         if (rename(folder->final, aside)) {
             const int reason = errno;
             rmdir(aside);

@@ -1,9 +1,12 @@
-/* Messages of libpng (png_words.h). */
-#include "base/png_words.h"
+#include "base/png_library.h"
 
 #include <setjmp.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+
+/* Deflate cannot pack more than this many bytes into one (zlib's technical notes: 1032). */
+#define DEFLATE_RATIO_MAX 1040
 
 static void on_error(png_structp png, png_const_charp message)
 {
@@ -44,4 +47,24 @@ png_structp cvol_png_writer(cvol_png_words *words)
 {
     return png_create_write_struct_2(PNG_LIBPNG_VER_STRING, words, on_error, on_warning, words,
                                      allocate, release);
+}
+
+static void read_from_cursor(png_structp png, png_bytep out, size_t size)
+{
+    const uint8_t *data = cvol_cursor_take(png_get_io_ptr(png), size);
+    if (!data)
+        png_error(png, "the file ends too early");
+    else
+        memcpy(out, data, size);
+}
+
+void cvol_png_read_from(png_structp png, cvol_cursor *cursor)
+{
+    png_set_read_fn(png, cursor, read_from_cursor);
+}
+
+int cvol_png_is_too_short(png_structp png, png_infop info, size_t size)
+{
+    const uint64_t rows = (uint64_t)png_get_rowbytes(png, info) * png_get_image_height(png, info);
+    return rows / DEFLATE_RATIO_MAX > size;
 }
