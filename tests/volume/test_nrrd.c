@@ -186,8 +186,8 @@ static void test_nrrd_volumes(void **state)
     uint8_t packed[256];
     static const char *const colours[] = {"kinds: RGB-color domain domain domain\n",
                                           "kinds: 2-vector space space space\n", "",
-                                          "space: LPS\nspace directions: none (1,0,0) (0,1,0) "
-                                          "(0,0,1)\n"};
+                                          ("space: LPS\nspace directions: none (1,0,0) (0,1,0) "
+                                           "(0,0,1)\n")};
     for (int k = 0; k < 4; k++) { /* mixed sample by sample */
         char text[300];
         const int channels = k ? 2 : 3;
