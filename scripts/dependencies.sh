@@ -13,6 +13,7 @@ test="$test python3-zarr python3-numcodecs python3-xarray python3-dask python3-n
 test="$test libinsighttoolkit5-dev" # for the plugin of ITK
 # For VTK's files, and the recipe of doc/recipes.md. ParaView has its own VTK, which apt-get would remove for this one.
 command -v pvbatch >/dev/null 2>&1 || test="$test python3-vtk9"
+test="$test locales"        # for a decimal comma
 test="$test doxygen"        # for the reference
 test="$test clang libclang-rt-dev libomp-dev" # for the fuzzers and scripts/races.sh
 test="$test clang-format clang-tidy" # for scripts/lint.sh

@@ -1,12 +1,12 @@
 /* The table of formats; reading and writing volumes with it, by slab or whole. */
 #define _GNU_SOURCE
 #include <limits.h>
-#include <locale.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <unistd.h>
 
+#include "base/c_locale.h"
 #include "base/context.h"
 #include "base/file.h"
 #include "base/grid.h"
@@ -316,36 +316,19 @@ static int create_any(cvol_context *context, cvol_volume_writer **out, const cha
                 : cvol_volume_writer_begin(context, out, format, path, grid, &series, are_labels);
 }
 
-/* Numbers in text headers have decimal points in every locale. uselocale affects only this
- * thread. */
-static int enter_c_locale(cvol_context *context, locale_t *c, locale_t *before)
-{
-    *c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
-    if (!*c)
-        return cvol_fail_memory(context, 0, "a locale");
-    *before = uselocale(*c);
-    return CVOL_OK;
-}
-
-static void leave_c_locale(locale_t c, locale_t before)
-{
-    uselocale(before);
-    freelocale(c);
-}
-
 static int open_within(cvol_context *context, cvol_volume_stream **out, const char *path,
                        const cvol_read_options *options, uint64_t limit_bytes)
 {
     cvol_read_options full;
     *out = NULL;
-    locale_t c = (locale_t)0, before = (locale_t)0;
+    cvol_c_locale locale;
     int code = complete(context, &full, options);
     if (!code)
-        code = enter_c_locale(context, &c, &before);
+        code = cvol_c_locale_enter(context, &locale);
     if (code)
         return code;
     code = open_any(context, out, path, &full, limit_bytes);
-    leave_c_locale(c, before);
+    cvol_c_locale_leave(&locale);
     return code;
 }
 
@@ -360,12 +343,12 @@ static int create_in_c_locale(cvol_context *context, cvol_volume_writer **out, c
                               int are_labels, const cvol_label *labels, size_t label_count)
 {
     *out = NULL;
-    locale_t c = (locale_t)0, before = (locale_t)0;
-    int code = enter_c_locale(context, &c, &before);
+    cvol_c_locale locale;
+    int code = cvol_c_locale_enter(context, &locale);
     if (code)
         return code;
     code = create_any(context, out, path, grid, series, are_labels, labels, label_count);
-    leave_c_locale(c, before);
+    cvol_c_locale_leave(&locale);
     return code;
 }
 

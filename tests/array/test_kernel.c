@@ -4,6 +4,7 @@
 #include "array/convolve/kernel.h"
 #include "cvol/algebra.h"
 #include "random.h"
+#include "support.h"
 
 static const double PI = 3.14159265358979323846;
 
@@ -221,6 +222,16 @@ static void parsing(void **state)
     }
 }
 
+static void parsing_in_a_locale_with_comma(void **state)
+{
+    cvol_kernel k, like;
+    char *before = support_locale_with_comma();
+    assert_int_equal(cvol_kernel_parse(*state, &k, 3, "gaussian:1.5"), CVOL_OK);
+    assert_int_equal(cvol_kernel_gaussian(*state, &like, 3, 1.5), CVOL_OK);
+    assert_memory_equal(&k, &like, sizeof k);
+    support_locale_restore(before);
+}
+
 static void broken_kernels_are_refused(void **state)
 {
     cvol_context *context = *state;
@@ -268,6 +279,7 @@ int main(void)
         cmocka_unit_test(known_kernels),
         cmocka_unit_test(distinct_taps_have_distinct_kernels),
         cmocka_unit_test(parsing),
+        cmocka_unit_test(parsing_in_a_locale_with_comma),
         cmocka_unit_test(broken_kernels_are_refused),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

@@ -6,6 +6,7 @@
 #include "image/font.h"
 #include "random.h"
 #include "render/view/camera.h"
+#include "support.h"
 #include "support_context.h"
 
 static void test_round_lengths(void **state)
@@ -213,6 +214,29 @@ static void test_assumed_unit(void **state)
     cvol_transfer_free(transfer);
 }
 
+/* The scale bar has 0.05 of a unit, and the colours end at 1.5. */
+static void test_locale(void **state)
+{
+    (void)state;
+    cvol_render_options options = cvol_render_options_defaults();
+    options.width = options.height = 200;
+    cvol_grid grid = cvol_grid_make(100, 90, 80, CVOL_FLOAT32);
+    for (int a = 0; a < 3; a++)
+        grid.spacing[a] = 0.002;
+    snprintf(grid.unit, sizeof grid.unit, "parsec");
+    cvol_transfer *transfer = some_transfer();
+    cvol_annotation of = make(&grid, &options, transfer);
+    of.rescale[0] = 1.5 / 255;
+    cvol_image *with_points = annotated(&of, NULL);
+    char *before = support_locale_with_comma();
+    cvol_image *same = annotated(&of, NULL);
+    support_locale_restore(before);
+    assert_memory_equal(with_points->values, same->values, 4 * 200 * 200 * sizeof(float));
+    cvol_image_free(with_points);
+    cvol_image_free(same);
+    cvol_transfer_free(transfer);
+}
+
 static void test_any_picture(void **state)
 {
     (void)state;
@@ -294,6 +318,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_letters, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_scale_bar, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_assumed_unit, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_locale, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_any_picture, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_colours, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_refusals, context_setup, context_teardown),

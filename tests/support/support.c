@@ -4,6 +4,7 @@
 #include "support.h"
 
 #include <dirent.h>
+#include <locale.h>
 #include <unistd.h>
 
 #include "codec/container/section_pack.h"
@@ -18,6 +19,24 @@ char *support_path(const char *folder, const char *name)
     char *path = NULL;
     assert_true(asprintf(&path, "%s/%s", folder, name) > 0);
     return path;
+}
+
+char *support_locale_with_comma(void)
+{
+    static const char *const comma[] = {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "de_DE"};
+    char *before = strdup(setlocale(LC_ALL, NULL));
+    int found = 0;
+    for (int i = 0; i < 4 && !found; i++)
+        found = setlocale(LC_ALL, comma[i]) != NULL;
+    if (!found)
+        print_message("skipped: no locale with a decimal comma\n");
+    return before;
+}
+
+void support_locale_restore(char *before)
+{
+    setlocale(LC_ALL, before);
+    free(before);
 }
 
 char *support_folder_make(void)

@@ -40,6 +40,11 @@ static inline int support_next(int k)
  * same. */
 int test_verbose(void);
 
+/* Chooses a locale with a decimal comma, or prints that there is none. Returns the locale before,
+ * for support_locale_restore, which frees it. */
+char *support_locale_with_comma(void);
+void support_locale_restore(char *before);
+
 /* A fresh, empty folder. support_folder_remove deletes it with the files in it and frees the
  * name. */
 char *support_folder_make(void);

@@ -4,7 +4,6 @@
 #include "test.h"
 
 #include <ftw.h>
-#include <locale.h>
 
 #include "cvol/volume.h"
 #include "random.h"
@@ -358,13 +357,7 @@ static void test_write_errors(void **state)
 static void test_locale(void **state)
 {
     (void)state;
-    char *before = strdup(setlocale(LC_ALL, NULL));
-    const char *comma[] = {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "de_DE"};
-    int found = 0;
-    for (int i = 0; i < 4 && !found; i++)
-        found = setlocale(LC_ALL, comma[i]) != NULL;
-    if (!found)
-        print_message("skipped: no locale with a decimal comma\n");
+    char *before = support_locale_with_comma();
     cvol_grid grid = odd_grid(CVOL_UINT8, 0);
     cvol_volume *volume = make_volume(&grid, 4);
     for (size_t w = 0; w < WRITERS; w++) {
@@ -374,8 +367,7 @@ static void test_locale(void **state)
         cvol_volume_free(back);
     }
     cvol_volume_free(volume);
-    setlocale(LC_ALL, before);
-    free(before);
+    support_locale_restore(before);
 }
 
 /* ---- files of any format ------------------------------------------------------------- */

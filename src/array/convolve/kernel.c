@@ -18,6 +18,7 @@
 #include <string.h>
 
 #include "array/convolve/kernel.h"
+#include "base/c_locale.h"
 #include "base/context.h"
 #include "base/elementary.h"
 
@@ -395,7 +396,7 @@ static int parse_number(cvol_context *context, double *out, const char *text, co
     return CVOL_OK;
 }
 
-int cvol_kernel_parse(cvol_context *context, cvol_kernel *out, int rank, const char *text)
+static int parse(cvol_context *context, cvol_kernel *out, int rank, const char *text)
 {
     const char *colon = strchr(text, ':');
     const size_t length = colon ? (size_t)(colon - text) : strlen(text);
@@ -436,6 +437,17 @@ int cvol_kernel_parse(cvol_context *context, cvol_kernel *out, int rank, const c
     }
 #undef NAMED
     return unknown(context, text);
+}
+
+int cvol_kernel_parse(cvol_context *context, cvol_kernel *out, int rank, const char *text)
+{
+    cvol_c_locale locale;
+    int code = cvol_c_locale_enter(context, &locale);
+    if (code)
+        return code;
+    code = parse(context, out, rank, text);
+    cvol_c_locale_leave(&locale);
+    return code;
 }
 
 double cvol_kernel_total(const cvol_kernel *kernel)

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/c_locale.h"
 #include "base/context.h"
 #include "base/options.h"
 #include "image/pixels.h"
@@ -97,6 +98,15 @@ static void choose_pen(cvol_sketch *s, const double background[3], int transpare
     s->pen.ground_opacity = 0.6f;
 }
 
+static void draw(cvol_sketch *s, const cvol_render_options *options)
+{
+    choose_pen(s, options->background, s->of->transparent);
+    cvol_sketch_scale(s);
+    cvol_sketch_axes(s);
+    if (options->mode != CVOL_MODE_ISO)
+        cvol_sketch_values(s);
+}
+
 int cvol_image_annotate(cvol_context *context, cvol_image *image, const cvol_annotation *of)
 {
     cvol_annotation full = {.size = sizeof(cvol_annotation)};
@@ -121,14 +131,14 @@ int cvol_image_annotate(cvol_context *context, cvol_image *image, const cvol_ann
     s.letter = fmax(round(0.021 * size), 8);
     s.margin = fmax(0.022 * size, 4);
     s.grey = cvol_mode_is_grey(options.mode);
-    code = cvol_font_open(context, &s.font, s.letter);
+    cvol_c_locale locale;
+    code = cvol_c_locale_enter(context, &locale);
     if (code)
         return code;
-    choose_pen(&s, options.background, full.transparent);
-    cvol_sketch_scale(&s);
-    cvol_sketch_axes(&s);
-    if (options.mode != CVOL_MODE_ISO)
-        cvol_sketch_values(&s);
+    code = cvol_font_open(context, &s.font, s.letter);
+    if (!code)
+        draw(&s, &options);
     cvol_font_free(s.font);
-    return CVOL_OK;
+    cvol_c_locale_leave(&locale);
+    return code;
 }

@@ -5,7 +5,6 @@
 #include "volume/formats/zarr/write.h"
 
 #include <float.h>
-#include <locale.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,6 +12,7 @@
 #include <zstd.h>
 
 #include "base/byte_order.h"
+#include "base/c_locale.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/thread.h"
@@ -47,9 +47,8 @@ typedef struct image {
     waiting level[CVOL_ZARR_LEVELS];
     worker *workers;
     int threads;
-    size_t chunk_bytes; /* the largest chunk */
-    size_t part;        /* bytes of level 0's next slice */
-    int volume;         /* the next one */
+    size_t part; /* bytes of level 0's next slice */
+    int volume;  /* the next one */
     double *least, *most;
 } image;
 
@@ -252,13 +251,12 @@ static int put_metadata(cvol_context *context, const image *m)
 static int commit_image(cvol_context *context, void *state)
 {
     image *m = state;
-    const locale_t c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
-    if (!c)
-        return cvol_fail_memory(context, 0, "a locale");
-    const locale_t before = uselocale(c);
-    const int code = put_metadata(context, m);
-    uselocale(before);
-    freelocale(c);
+    cvol_c_locale locale;
+    int code = cvol_c_locale_enter(context, &locale);
+    if (code)
+        return code;
+    code = put_metadata(context, m);
+    cvol_c_locale_leave(&locale);
     return code ? code : cvol_zarr_folder_commit(context, &m->folder);
 }
 
