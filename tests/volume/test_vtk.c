@@ -157,6 +157,17 @@ static void test_vti(void **state)
     v = read_ok(vti(FILE_TAG LITTLE IMAGE PIECE APPENDED("UInt16")));
     assert_int_equal(((uint16_t *)v->data)[11], 24 << 8 | 23);
     cvol_volume_free(v);
+    /* More than the MiB that is read first stands before the appended data. */
+    const size_t longer = (size_t)1 << 20;
+    const char *const begin = FILE_TAG LITTLE IMAGE, *const end = PIECE APPENDED("UInt16");
+    char *text = calloc(1, longer + strlen(begin) + strlen(end) + 1);
+    assert_non_null(text);
+    memset(stpcpy(text, begin), ' ', longer);
+    strcat(text, end);
+    v = read_ok(vti(text));
+    assert_int_equal(((uint16_t *)v->data)[11], 24 << 8 | 23);
+    cvol_volume_free(v);
+    free(text);
 }
 
 /* Blocks of 8 bytes and one of 4. */

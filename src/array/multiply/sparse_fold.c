@@ -201,9 +201,11 @@ int cvol_sparse_fold(cvol_context *context, float *const *values, double *noise,
         goto done;
     int failed = 0;
 #pragma omp parallel for num_threads(threads) schedule(dynamic) reduction(| : failed)
-    for (size_t s = 1; s < shape->shift_count; s++)
-        failed |= fold_one(context, values[s], &each[s], shape, roots, a, b, s,
+    for (size_t s = 1; s < shape->shift_count; s++) {
+        cvol_context own = *context; /* two threads may fail at once */
+        failed |= fold_one(&own, values[s], &each[s], shape, roots, a, b, s,
                            work + 2 * cvol_thread_index()) != CVOL_OK;
+    }
     if (failed)
         rc = cvol_fail_memory(context, shape->bins * sizeof(float), "transforms of the folds");
     double sum = 0;

@@ -42,6 +42,15 @@ static int recognise(const uint8_t *head, size_t size)
 
 /* ---- text ---------------------------------------------------------------------------- */
 
+/* The offset behind the '_' of appended data; 0: there are none. */
+static size_t begin_of_appended(const uint8_t *bytes, size_t size)
+{
+    const uint8_t *end = bytes + size, *at = memmem(bytes, size, "<AppendedData", 13);
+    at = at ? memchr(at, '>', (size_t)(end - at)) : NULL;
+    at = at ? memchr(at, '_', (size_t)(end - at)) : NULL;
+    return at ? (size_t)(at - bytes) + 1 : 0;
+}
+
 /* Reads the file up to appended data, or else the whole file. */
 static int read_text(vti *v)
 {
@@ -50,19 +59,16 @@ static int read_text(vti *v)
     int code = cvol_file_read(v->context, &bytes, &size, v->path, 0, HEAD_BYTES);
     if (code)
         return code;
-    const uint8_t *appended = memmem(bytes, size, "<AppendedData", 13);
-    const uint8_t *begin = appended ? memchr(appended, '>', size - (size_t)(appended - bytes))
-                                    : NULL;
-    if (appended)
-        begin = begin ? memchr(begin, '_', size - (size_t)(begin - bytes)) : NULL;
-    if (begin)
-        size = v->appended_at = (size_t)(begin - bytes) + 1;
-    else if (size == HEAD_BYTES) {
+    v->appended_at = begin_of_appended(bytes, size);
+    if (!v->appended_at && size == HEAD_BYTES) {
         free(bytes);
         code = cvol_file_read(v->context, &bytes, &size, v->path, 0, SIZE_MAX);
         if (code)
             return code;
+        v->appended_at = begin_of_appended(bytes, size);
     }
+    if (v->appended_at)
+        size = v->appended_at;
     v->text = realloc(bytes, size + 1);
     if (!v->text) {
         free(bytes);
