@@ -37,10 +37,11 @@ platform() {
     gcc) options= ;; # -O3
     gcc-O0) options='-DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG=-O0' ;;
     clang) compiler=clang packages=clang ;;
-    i386) # 32 bits, which this machine runs itself
+    i386) # 32 bits, which most kernels run themselves
         compiler=i686-linux-gnu-gcc archiver=i686-linux-gnu-ar own_zlib=yes system=Linux
         run='/usr/i686-linux-gnu/lib/ld-linux.so.2 --library-path /usr/i686-linux-gnu/lib' processor=i686
-        packages='gcc-i686-linux-gnu libc6-dev-i386-cross'
+        packages='gcc-i686-linux-gnu libc6-dev-i386-cross qemu-user-static'
+        $run --version >/dev/null 2>&1 || run='qemu-i386-static -L /usr/i686-linux-gnu'
         ;;
     aarch64 | s390x)
         compiler=$1-linux-gnu-gcc archiver=$1-linux-gnu-ar own_zlib=yes system=Linux processor=$1
