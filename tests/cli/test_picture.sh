@@ -153,8 +153,8 @@ expect_failure 2 'at most 100' cvol compress a.png c.cvi --psnr 120
 expect_failure 1 'ratio 1e+06 cannot be reached' cvol compress a.png c.cvi --ratio 1e6
 expect_failure 2 'must end in .png' cvol decompress a.cvi c.nrrd
 expect_failure 2 'leave out --box and --level' cvol decompress a.cvi c.png --level 1
-expect_failure 1 'is a compressed picture, no volume' cvol render a.cvi -o c.png
-expect_failure 1 'is a compressed picture, no volume' cvol compare a.cvi a.cvol
+expect_failure 1 'is a compressed picture, not a volume' cvol render a.cvi -o c.png
+expect_failure 1 'is a compressed picture, not a volume' cvol compare a.cvi a.cvol
 expect_failure 2 'only engine transform draws compressed pictures' cvol render a.cvol -o c.cvi
 expect_failure 2 '--psnr works only with compressed pictures' cvol render a.cvol -o c.png --psnr 40
 expect_failure 2 'only one of' cvol render a.cvol -o c.cvi --engine transform --psnr 40 --ratio 3

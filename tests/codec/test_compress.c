@@ -323,8 +323,8 @@ static void combinations_are_checked(void **state)
         {{.background = CVOL_BACKGROUND_VALUE, .lossless = 1}, "a background cannot"},
         {{.background = CVOL_BACKGROUND_VALUE, .background_value = (double)NAN},
          "the background is nan"},
-        {{.has_fill = 1, .fill = 0.5}, "the fill value 0.5 is no uint8"},
-        {{.has_fill = 1, .fill = 256}, "the fill value 256 is no uint8"},
+        {{.has_fill = 1, .fill = 0.5}, "uint8 cannot hold the fill value 0.5"},
+        {{.has_fill = 1, .fill = 256}, "uint8 cannot hold the fill value 256"},
     };
     (void)state;
     const cvol_grid grid = cvol_grid_make(4, 4, 4, CVOL_UINT8);

@@ -178,7 +178,7 @@ static void truncation_is_detected(void **state)
     }
     assert_int_equal(read_code(data, size - 10), CVOL_ERROR_CORRUPT);
     assert_non_null(
-        strstr(cvol_context_message(context), "truncated: of section CORR or ENDS at byte "));
+        strstr(cvol_context_message(context), "truncated: section CORR or ENDS at byte "));
     assert_non_null(strstr(cvol_context_message(context), "; it is whole up to level 0"));
     free(data);
 }

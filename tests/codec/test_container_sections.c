@@ -194,8 +194,8 @@ static void other_orders_are_refused(void **state)
         {{0, 1, 2, 3, 4, 5, 6, 8, 7, 9, 10}, 11, "section SHL2 at byte "},
         {{0, 1, 2, 3, 4, 5, 6, 7, 8, 10}, 10, "stands where SHL3 must be"},
         {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 10}, 12, "24 bytes follow the end"},
-        {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 10, "truncated: of section CORR or ENDS at byte "},
-        {{0}, 0, " at byte 12 0 of 24 bytes of its header are there"},
+        {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 10, "truncated: section CORR or ENDS at byte "},
+        {{0}, 0, " at byte 12 has only 0 of the 24 bytes of its header"},
     };
     cvol_array *array = container_small_array();
     size_t size;

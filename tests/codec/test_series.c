@@ -338,8 +338,8 @@ static void test_other_kinds(void **state)
     static const struct {
         cvol_section_kind kind;
         const char *what;
-    } kinds[] = {{CVOL_PICT, "is a compressed picture, no volume"},
-                 {CVOL_BAKE, "is a baked volume, no volume"}};
+    } kinds[] = {{CVOL_PICT, "is a compressed picture, not a volume"},
+                 {CVOL_BAKE, "is a baked volume, not a volume"}};
     cvol_series *series;
     for (size_t i = 0; i < 2; i++) {
         cvol_bytes file = plane_file(kinds[i].kind);

@@ -404,14 +404,7 @@ static int check_count(const reading *r)
 static int read_front(reading *r, const uint8_t *data, size_t size)
 {
     cvol_cursor file = cvol_cursor_make(data, size);
-    if (!cvol_container_is(data, size))
-        return cvol_fail(r->context, CVOL_ERROR_FORMAT, "%s: is not a .cvol file", r->name);
-    cvol_cursor_take(&file, CVOL_SIGNATURE_BYTES);
-    const uint32_t version = cvol_cursor_u32(&file);
-    if (file.failed)
-        return cvol_fail(r->context, CVOL_ERROR_CORRUPT, "%s: truncated: within its version",
-                         r->name);
-    int code = cvol_container_check_version(r->context, version, r->name);
+    int code = cvol_container_take_start(r->context, &file, r->name);
     if (code)
         return code;
     const cvol_file_kind kind = cvol_plane_file_kind(data, size);
@@ -419,7 +412,7 @@ static int read_front(reading *r, const uint8_t *data, size_t size)
         return cvol_fail(
             r->context, CVOL_ERROR_FORMAT,
             kind == CVOL_FILE_PICTURE
-                ? "%s: is a compressed picture, no volume: cvol decompress makes a PNG "
+                ? "%s: is a compressed picture, not a volume: cvol decompress makes a PNG "
                   "of it"
             : kind == CVOL_FILE_SERIES
                 ? "%s: is a file of many volumes, where one must be"

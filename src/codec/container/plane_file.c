@@ -30,22 +30,11 @@ int cvol_plane_file_end(cvol_context *context, cvol_bytes *bytes, int code, cons
     return code;
 }
 
-static int take_start(cvol_context *context, cvol_cursor *file, const char *name)
-{
-    if (!cvol_container_is(file->data, file->size))
-        return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is not a cvol file", name);
-    cvol_cursor_take(file, CVOL_SIGNATURE_BYTES);
-    const uint32_t version = cvol_cursor_u32(file);
-    if (file->failed)
-        return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: truncated: within its version", name);
-    return cvol_container_check_version(context, version, name);
-}
-
 int cvol_plane_file_take(cvol_context *context, cvol_section *head, cvol_section *planes,
                          cvol_section_kind kind, const uint8_t *data, size_t size, const char *name)
 {
     cvol_cursor file = cvol_cursor_make(data, size);
-    int found = 0, code = take_start(context, &file, name);
+    int found = 0, code = cvol_container_take_start(context, &file, name);
     if (code)
         return code;
     cvol_section_walk walk = cvol_section_walk_make(file);
@@ -60,9 +49,9 @@ int cvol_plane_file_take(cvol_context *context, cvol_section *head, cvol_section
             *planes = section;
         found |= section.kind == kind;
         if (!code && section.kind != CVOL_SECTION_UNKNOWN && !found)
-            code = cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is no %s: it begins with section %s",
-                             name, kind == CVOL_PICT ? "compressed picture" : "baked volume",
-                             section.tag);
+            code = cvol_fail(
+                context, CVOL_ERROR_FORMAT, "%s: is not a %s: it begins with section %s", name,
+                kind == CVOL_PICT ? "compressed picture" : "baked volume", section.tag);
     }
     return code;
 }

@@ -11,18 +11,6 @@
 
 /* ---- the list --------------------------------------------------------------------------- */
 
-/* Checks signature and version. */
-static int take_start(cvol_context *context, cvol_cursor *file, const char *name)
-{
-    if (!cvol_container_is(file->data, file->size))
-        return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is not a .cvol file", name);
-    cvol_cursor_take(file, CVOL_SIGNATURE_BYTES);
-    const uint32_t version = cvol_cursor_u32(file);
-    if (file->failed)
-        return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: truncated: within its version", name);
-    return cvol_container_check_version(context, version, name);
-}
-
 /* Makes the list of a file of one volume. */
 static int make_single(cvol_context *context, cvol_series **out, size_t size)
 {
@@ -36,7 +24,7 @@ static int make_single(cvol_context *context, cvol_series **out, size_t size)
 
 static int refuse_other_kinds(cvol_context *context, cvol_file_kind kind, const char *name)
 {
-    return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is a %s, no volume", name,
+    return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is a %s, not a volume", name,
                      kind == CVOL_FILE_PICTURE ? "compressed picture" : "baked volume");
 }
 
@@ -46,7 +34,7 @@ int cvol_series_take(cvol_context *context, cvol_series **out, const uint8_t *da
     cvol_cursor file = cvol_cursor_make(data, size);
     const cvol_file_kind kind = cvol_plane_file_kind(data, size);
     *out = NULL;
-    int code = take_start(context, &file, name);
+    int code = cvol_container_take_start(context, &file, name);
     if (!code && kind == CVOL_FILE_ARRAY)
         return make_single(context, out, size);
     if (!code && kind != CVOL_FILE_SERIES)

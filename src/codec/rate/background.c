@@ -147,8 +147,8 @@ int cvol_background_fills(cvol_context *context, cvol_fills *fills, double *leas
     if (code || !found)
         return code;
     if (!cvol_fills_of_value(&bits, grid->type, value))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the background %g is no %s", value,
-                         cvol_type_name(grid->type));
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s cannot hold the background %g",
+                         cvol_type_name(grid->type), value);
     cvol_fills_add(fills, bits);
     return CVOL_OK;
 }

@@ -68,8 +68,8 @@ static int find_fills(modes *m, cvol_fills *fills)
     *fills = (cvol_fills){0};
     if (options->has_fill && isfinite(options->fill)) {
         if (!cvol_fills_of_value(&bits, m->grid->type, options->fill))
-            return cvol_fail(m->context, CVOL_ERROR_ARGUMENT, "the fill value %g is no %s",
-                             options->fill, cvol_type_name(m->grid->type));
+            return cvol_fail(m->context, CVOL_ERROR_ARGUMENT, "%s cannot hold the fill value %g",
+                             cvol_type_name(m->grid->type), options->fill);
         cvol_fills_add(fills, bits);
     }
     if (nonfinite &&

@@ -186,8 +186,8 @@ int cvol_section_next(cvol_context *context, cvol_section *section, cvol_section
         list_followers(wanted, walk->last);
         walk->cut = 1;
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                         "%s: truncated: of section %s at byte %llu %zu of %d bytes of its header "
-                         "are there",
+                         "%s: truncated: section %s at byte %llu has only %zu of the %d bytes of "
+                         "its header",
                          name, wanted, at, left, (int)CVOL_SECTION_HEADER_BYTES);
     }
     cvol_cursor fields = cvol_cursor_make(header + 4, CVOL_SECTION_HEADER_BYTES - 4);

@@ -40,3 +40,14 @@ int cvol_container_check_version(cvol_context *context, uint32_t version, const 
                      "%s: is a .cvol of version %u (at byte %d), this library reads version %d",
                      name, version, (int)CVOL_SIGNATURE_BYTES, (int)CVOL_FORMAT_VERSION);
 }
+
+int cvol_container_take_start(cvol_context *context, cvol_cursor *file, const char *name)
+{
+    if (!cvol_container_is(file->data, file->size))
+        return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is not a .cvol file", name);
+    cvol_cursor_take(file, CVOL_SIGNATURE_BYTES);
+    const uint32_t version = cvol_cursor_u32(file);
+    if (file->failed)
+        return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: truncated: within its version", name);
+    return cvol_container_check_version(context, version, name);
+}
