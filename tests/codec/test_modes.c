@@ -63,6 +63,44 @@ static void *pass_through_file(cvol_context *context, cvol_array *array, cvol_ar
     return decoded;
 }
 
+/* Compares a box, from a part of the file, with all samples. */
+static void check_box(cvol_context *context, const uint8_t *decoded, const cvol_grid *grid,
+                      const size_t begin[3], const size_t end[3])
+{
+    cvol_array *part;
+    const size_t size = cvol_type_size(grid->type), line = size * (end[0] - begin[0]);
+    uint8_t *box = malloc(line * (end[1] - begin[1]) * (end[2] - begin[2]));
+    if (cvol_array_read_box(context, &part, path, begin, end, NULL) ||
+        cvol_array_evaluate_box(context, box, part, begin, end))
+        fail_msg("type %d, %zu:%zu,%zu:%zu,%zu:%zu: %s", (int)grid->type, begin[0], end[0],
+                 begin[1], end[1], begin[2], end[2], cvol_context_message(context));
+    for (size_t z = begin[2]; z < end[2]; z++)
+        for (size_t y = begin[1]; y < end[1]; y++)
+            assert_memory_equal(
+                box + line * (y - begin[1] + (end[1] - begin[1]) * (z - begin[2])),
+                decoded + size * (begin[0] + grid->dims[0] * (y + grid->dims[1] * z)), line);
+    free(box);
+    cvol_array_free(part);
+}
+
+/* Boxes of all sizes: some meet one brick far from its neighbours. */
+static void check_boxes(cvol_context *context, const uint8_t *decoded, const cvol_grid *grid)
+{
+    check_box(context, decoded, grid, (const size_t[3]){3, 17, 5},
+              (const size_t[3]){67, grid->dims[1], 18});
+    random_state r = {31 + (uint64_t)grid->type};
+    for (int k = 0; k < 8; k++) {
+        size_t begin[3], end[3];
+        for (int a = 0; a < 3; a++) {
+            const size_t most = k % 2 ? 6 : grid->dims[a];
+            begin[a] = random_below(&r, (uint32_t)grid->dims[a]);
+            end[a] = begin[a] + 1 + random_below(&r, (uint32_t)most);
+            end[a] = end[a] < grid->dims[a] ? end[a] : grid->dims[a];
+        }
+        check_box(context, decoded, grid, begin, end);
+    }
+}
+
 static void check(cvol_context *context, const void *samples, const cvol_grid *grid,
                   const cvol_compress_options *options, double bound)
 {
@@ -80,24 +118,10 @@ static void check(cvol_context *context, const void *samples, const cvol_grid *g
     assert_true(most <= bound);
     assert_true(report.max_error == most && read->max_error == most);
     assert_int_equal(report.lossless, most == 0);
-    /* A box from a part of the file. */
-    const size_t begin[3] = {3, 17, 5}, end[3] = {67, grid->dims[1], 18};
-    cvol_array *part;
-    const size_t size = cvol_type_size(grid->type), line = size * (end[0] - begin[0]);
-    uint8_t *box = malloc(line * (end[1] - begin[1]) * (end[2] - begin[2]));
-    assert_int_equal(cvol_array_read_box(context, &part, path, begin, end, NULL), CVOL_OK);
-    assert_int_equal(cvol_array_evaluate_box(context, box, part, begin, end), CVOL_OK);
-    for (size_t z = begin[2]; z < end[2]; z++)
-        for (size_t y = begin[1]; y < end[1]; y++)
-            assert_memory_equal(box + line * (y - begin[1] + (end[1] - begin[1]) * (z - begin[2])),
-                                (uint8_t *)decoded +
-                                    size * (begin[0] + grid->dims[0] * (y + grid->dims[1] * z)),
-                                line);
-    free(box);
+    check_boxes(context, decoded, grid);
     free(decoded);
     cvol_array_free(array);
     cvol_array_free(read);
-    cvol_array_free(part);
 }
 
 static void test_lossless_of_all_types(void **state)
@@ -341,6 +365,7 @@ static void test_masked_samples_round_trip(void **state)
         if (cvol_compress(context, &array, &report, samples, &grid, &options))
             fail_msg("%d: %s", i, cvol_context_message(context));
         float *decoded = pass_through_file(context, array, &read);
+        check_boxes(context, (const uint8_t *)decoded, &grid);
         double squares = 0, count = 0;
         for (size_t k = 0; k < cvol_grid_samples(&grid); k++) {
             const int masked = !(samples[k] < 1e34f);

@@ -307,6 +307,22 @@ static int read_modes(reading *r, const cvol_brick_index *index, const cvol_toke
     return code ? code : cvol_residual_take(r->context, r->array, &file, r->name);
 }
 
+/* The samples whose terms a box needs: exact residuals of float types are coded by the exponents of
+ * the base, so that those of a brick need all of its base. */
+static cvol_box box_of_terms(const reading *r, const cvol_box *box)
+{
+    const cvol_header *header = &r->header;
+    const size_t *side = cvol_coding_of(r->array)->brick.side, *dims = r->array->grid.dims;
+    cvol_box out = *box;
+    if (header->residual && cvol_residual_rule_needs_base(&header->rule))
+        for (int a = 0; a < 3; a++) {
+            out.begin[a] -= out.begin[a] % side[a];
+            const size_t over = (side[a] - out.end[a] % side[a]) % side[a];
+            out.end[a] = over < dims[a] - out.end[a] ? out.end[a] + over : dims[a];
+        }
+    return out;
+}
+
 static int read_bricks(reading *r, const cvol_brick_index *index)
 {
     /* A residual needs the terms for its check. */
@@ -323,14 +339,15 @@ static int read_bricks(reading *r, const cvol_brick_index *index)
         source.subbands[s] = section->content;
         code = cvol_brick_index_check(r->context, index, s, section, r->name);
     }
-    cvol_box box;
+    cvol_box box, of_terms;
     if (r->part.begin) {
         memcpy(box.begin, r->part.begin, sizeof box.begin);
         memcpy(box.end, r->part.end, sizeof box.end);
+        of_terms = box_of_terms(r, &box);
     }
     if (!code)
         code = cvol_bricks_decode(r->context, r->array, tables, &source,
-                                  r->part.begin ? &box : NULL, r->name);
+                                  r->part.begin ? &of_terms : NULL, r->name);
     if (!code)
         code = read_modes(r, index, tables, r->part.begin ? &box : NULL);
     free(tables);

@@ -163,11 +163,6 @@ CVOL_INLINE uint32_t sum_at(const cvol_residual_coder *coder, const uint32_t *li
 
 /* ---- from values to numbers and back ---------------------------------------------------- */
 
-static int in_cells(const cvol_residual_rule *rule)
-{
-    return rule->exact && !cvol_type_is_integer(rule->type);
-}
-
 static void load_line(double *out, cvol_type type, const void *samples, size_t at, size_t count)
 {
 #define LOAD(t)                        \
@@ -241,7 +236,7 @@ static int put_line(cvol_residual_coder *coder, const cvol_residual_rule *rule, 
 {
     cvol_token_writer *out = &coder->writer;
     uint32_t *line = line_of(coder, y, z);
-    const int cells = in_cells(rule);
+    const int cells = cvol_residual_rule_needs_base(rule);
     int any = 0;
     sum_neighbours(coder, y, z, count);
     for (size_t x = 0; x < count; x++) {
@@ -286,8 +281,9 @@ int cvol_residual_encode(cvol_residual_coder *coder, cvol_bytes *out,
             const double *base = brick->base + at;
             const uint8_t *which = brick->which ? brick->which + at : NULL;
             load_line(coder->values, rule->type, samples, at, width);
-            if (!(in_cells(rule) ? find_cells(coder, rule, base, which, width)
-                                 : find_numbers(coder, rule, bound, base, which, width)))
+            if (!(cvol_residual_rule_needs_base(rule)
+                      ? find_cells(coder, rule, base, which, width)
+                      : find_numbers(coder, rule, bound, base, which, width)))
                 return CVOL_ERROR_TARGET;
             any |= put_line(coder, rule, y, z, which, width);
         }
@@ -351,7 +347,7 @@ int cvol_residual_decode(cvol_residual_coder *coder, void *samples, const cvol_r
                          cvol_span data)
 {
     const size_t width = brick->size[0], height = brick->size[1];
-    const int cells = in_cells(rule);
+    const int cells = cvol_residual_rule_needs_base(rule);
     cvol_token_reader in;
     start_brick(coder);
     cvol_token_reader_start(&in, tables, data.data, data.size);

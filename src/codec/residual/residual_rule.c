@@ -85,6 +85,11 @@ cvol_residual_rule cvol_residual_rule_for(cvol_type type, double bound, double s
     return rule;
 }
 
+int cvol_residual_rule_needs_base(const cvol_residual_rule *rule)
+{
+    return rule->exact && !cvol_type_is_integer(rule->type);
+}
+
 int cvol_residual_rule_valid(const cvol_residual_rule *rule)
 {
     if (!isfinite(rule->value_min) || !isfinite(rule->value_max) ||
