@@ -8,25 +8,41 @@
 #include "array/core/share.h"
 #include "array/evaluate/box.h"
 #include "base/context.h"
+#include "base/for_type.h"
 #include "base/memory.h"
 
 /* Samples along each axis of the pieces that are evaluated together. Each has its own sums, which
  * are added in order. */
 enum { PIECE_X = 256, PIECE_Y = 256, PIECE_Z = 64, PIECE = PIECE_X * PIECE_Y * PIECE_Z };
 
-/* Over samples less the shifts. */
+/* `sum` and `variation` over samples less the shifts. */
 typedef struct partial {
-    double number, sum[2], squares[2], inner, apart;
+    double number, sum[2], variation[2], squares[2], inner, apart;
 } partial;
 
 typedef struct sums {
     const cvol_array *arrays[2];
-    int count;         /* of arrays */
-    double shifts[2];  /* values near the means, so that variations do not cancel */
-    float *samples[2]; /* of a piece */
+    int count;        /* of arrays */
+    double shifts[2]; /* values near the means, so that variations do not cancel */
+    /* A piece: samples as they are evaluated, then in double precision. */
+    void *evaluated;
+    double *samples[2];
     uint8_t *fills[2]; /* for arrays with samples without a value, or NULL */
     partial total;
 } sums;
+
+/* The loss of sums in double precision, as a share of the L2 norm of what is added: 2^-53 for each
+ * of the additions that follow each other, in rows of a piece and of pieces. */
+#define SUM_ROUNDING 1e-11
+
+/* The rounding of an evaluated background to single precision. */
+static double rounding_of_background(const cvol_array *a)
+{
+    if (!cvol_mask_is_background(a->mask) || a->residual)
+        return 0;
+    const double value = cvol_array_background(a);
+    return fabs((double)(float)value - value) * sqrt((double)cvol_mask_samples(a->mask));
+}
 
 /* The samples of an array with a residual have its largest error, other samples the bound of the
  * terms. */
@@ -34,15 +50,36 @@ static double error_of(const cvol_array *a)
 {
     if (a->residual)
         return a->max_error * sqrt((double)cvol_grid_samples(&a->grid));
-    return a->error_bound.l2_error;
+    return a->error_bound.l2_error + rounding_of_background(a);
+}
+
+/* Samples of which the error is zero. That of a result's background is part of its bound. */
+static double exact_samples(const cvol_array *a)
+{
+    const int is_exact = cvol_mask_is_background(a->mask) && a->measured &&
+                         rounding_of_background(a) <= 0;
+    return is_exact ? (double)cvol_mask_samples(a->mask) : 0;
 }
 
 static int evaluate_piece(cvol_context *context, sums *s, const size_t begin[3],
                           const size_t end[3])
 {
     int code = CVOL_OK;
+    const size_t count = (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]);
     for (int i = 0; i < s->count && !code; i++) {
-        code = cvol_array_evaluate_real(context, s->samples[i], s->arrays[i], begin, end);
+        const cvol_array *array = s->arrays[i];
+        cvol_type type = CVOL_FLOAT32;
+        if (array->residual) { /* its samples may need more than single precision */
+            type = array->grid.type;
+            code = cvol_array_evaluate_box(context, s->evaluated, array, begin, end);
+        } else {
+            code = cvol_array_evaluate_real(context, s->evaluated, array, begin, end);
+        }
+#define CONVERT(t)                     \
+    for (size_t k = 0; k < count; k++) \
+    s->samples[i][k] = (double)((const t *)s->evaluated)[k]
+        CVOL_FOR_TYPE(type, CONVERT);
+#undef CONVERT
         if (s->fills[i])
             cvol_mask_get(s->fills[i], s->arrays[i]->mask, begin, end);
     }
@@ -56,6 +93,7 @@ static void add_partial(partial *to, const partial *from)
     to->apart += from->apart;
     for (int i = 0; i < 2; i++) {
         to->sum[i] += from->sum[i];
+        to->variation[i] += from->variation[i];
         to->squares[i] += from->squares[i];
     }
 }
@@ -64,21 +102,23 @@ static void add_partial(partial *to, const partial *from)
 static void add_row(partial *to, const sums *s, size_t first, size_t count)
 {
     const int second = s->count - 1; /* a alone: b is a */
-    const float *a = s->samples[0] + first, *b = s->samples[second] + first;
+    const double *a = s->samples[0] + first, *b = s->samples[second] + first;
     const uint8_t *void_a = s->fills[0] ? s->fills[0] + first : NULL;
     const uint8_t *void_b = s->fills[second] ? s->fills[second] + first : NULL;
     partial row = {0};
     for (size_t i = 0; i < count; i++) {
         if ((void_a && void_a[i]) || (void_b && void_b[i]))
             continue;
-        const double x = (double)a[i] - s->shifts[0], y = (double)b[i] - s->shifts[second];
-        const double difference = (double)a[i] - (double)b[i];
+        const double x = a[i] - s->shifts[0], y = b[i] - s->shifts[second];
+        const double difference = a[i] - b[i];
         row.number++;
         row.sum[0] += x;
         row.sum[1] += y;
-        row.squares[0] += x * x;
-        row.squares[1] += y * y;
-        row.inner += x * y;
+        row.variation[0] += x * x;
+        row.variation[1] += y * y;
+        row.squares[0] += a[i] * a[i];
+        row.squares[1] += b[i] * b[i];
+        row.inner += a[i] * b[i];
         row.apart += difference * difference;
     }
     add_partial(to, &row);
@@ -128,21 +168,19 @@ static int add_pieces(cvol_context *context, sums *s)
     return code ? code : cvol_report_progress(context, "summing", 1);
 }
 
-/* sum a b from sums of a - p and b - q: add q sum (a - p) + p sum (b - q) + n p q. */
 static void report(cvol_masked_sums *out, const sums *s)
 {
-    const int second = s->count - 1;
     const partial *t = &s->total;
-    *out = (cvol_masked_sums){.samples = t->number, .apart = t->apart};
+    *out = (cvol_masked_sums){.samples = t->number, .inner = t->inner, .apart = t->apart};
     for (int i = 0; i < s->count; i++) {
         const double shift = s->shifts[i];
         out->sum[i] = t->sum[i] + t->number * shift;
-        out->squares[i] = t->squares[i] + 2 * shift * t->sum[i] + t->number * shift * shift;
-        out->variation[i] = t->number > 0 ? t->squares[i] - t->sum[i] * t->sum[i] / t->number : 0;
-        out->error[i] = error_of(s->arrays[i]);
+        out->squares[i] = t->squares[i];
+        out->variation[i] = t->number > 0 ? t->variation[i] - t->sum[i] * t->sum[i] / t->number : 0;
+        out->error[i] = error_of(s->arrays[i]) +
+                        SUM_ROUNDING * (sqrt(t->squares[i]) + sqrt(t->variation[i]));
+        out->exact[i] = exact_samples(s->arrays[i]);
     }
-    out->inner = t->inner + s->shifts[second] * t->sum[0] + s->shifts[0] * t->sum[1] +
-                 t->number * s->shifts[0] * s->shifts[second];
 }
 
 int cvol_masked_sums_compute(cvol_context *context, cvol_masked_sums *out, const cvol_array *a,
@@ -156,15 +194,18 @@ int cvol_masked_sums_compute(cvol_context *context, cvol_masked_sums *out, const
         const double middle = 0.5 * (bound->value_min + bound->value_max);
         s.shifts[i] = isfinite(middle) ? middle : 0;
         s.samples[i] = cvol_allocate(PIECE, sizeof *s.samples[i]);
+        if (!s.evaluated)
+            s.evaluated = cvol_allocate(PIECE, sizeof(double));
         const int has_void = cvol_mask_is_void(array->mask);
         s.fills[i] = has_void ? cvol_allocate(PIECE, 1) : NULL;
-        if (!s.samples[i] || (has_void && !s.fills[i]))
-            code = cvol_fail_memory(context, PIECE * sizeof(float), "a piece of samples");
+        if (!s.samples[i] || !s.evaluated || (has_void && !s.fills[i]))
+            code = cvol_fail_memory(context, PIECE * sizeof(double), "a piece of samples");
     }
     if (!code)
         code = add_pieces(context, &s);
     if (!code)
         report(out, &s);
+    free(s.evaluated);
     for (int i = 0; i < 2; i++) {
         free(s.samples[i]);
         free(s.fills[i]);

@@ -54,14 +54,17 @@ static int fail_memory(cvol_context *context)
     return cvol_fail_memory(context, CELL_SAMPLES, "the mask of a result");
 }
 
-/* The background is a value of the result: rounding to float32 may move it out of the range. */
-static void include_background(cvol_array *out)
+/* The background is a value of the result. In exact arithmetic it is `value`: rounding to float32
+ * may move it out of the range, and is an error of all its samples. */
+static void include_background(cvol_array *out, double value)
 {
-    const double value = cvol_array_background(out);
     if (!cvol_mask_is_background(out->mask))
         return;
-    out->error_bound.value_min = fmin(out->error_bound.value_min, value);
-    out->error_bound.value_max = fmax(out->error_bound.value_max, value);
+    const double stored = cvol_array_background(out), apart = fabs(stored - value);
+    cvol_error_bound *bound = &out->error_bound;
+    bound->value_min = fmin(bound->value_min, fmin(stored, value));
+    bound->value_max = fmax(bound->value_max, fmax(stored, value));
+    cvol_error_bound_widen(bound, apart * sqrt((double)cvol_mask_samples(out->mask)), apart);
 }
 
 static void drop_if_empty(cvol_mask **mask)
@@ -105,11 +108,12 @@ int cvol_result_mask_scale(cvol_context *context, cvol_array *out, const cvol_ar
     if (!a->mask)
         return CVOL_OK;
     cvol_fills fills = void_fills(a);
+    const double value = fills.background ? alpha * cvol_array_background(a) + beta : 0;
     if (fills.background)
-        fills.bits[0] = bits_of(alpha * cvol_array_background(a) + beta);
+        fills.bits[0] = bits_of(value);
     const int code = copy_mask(context, out, a->mask, &fills);
     if (!code)
-        include_background(out);
+        include_background(out, value);
     return code;
 }
 
@@ -221,11 +225,12 @@ int cvol_result_mask_filter(cvol_context *context, cvol_array *out, const cvol_a
         const cvol_fills fills = void_fills(a);
         return copy_mask(context, out, a->mask, &fills);
     }
-    const int code = erode(context, out, a->mask, radius, factor * cvol_array_background(a));
+    const double value = factor * cvol_array_background(a);
+    const int code = erode(context, out, a->mask, radius, value);
     if (code)
         return code;
     drop_if_empty(&out->mask);
-    include_background(out);
+    include_background(out, value);
     return CVOL_OK;
 }
 
@@ -417,7 +422,7 @@ int cvol_result_mask_combine(cvol_context *context, cvol_array *out, cvol_masked
     if (code)
         return code;
     drop_if_empty(&out->mask);
-    include_background(out);
+    include_background(out, value);
     drop_if_empty(&operands->masks[0]);
     drop_if_empty(&operands->masks[1]);
     operands->a.mask = operands->masks[0];

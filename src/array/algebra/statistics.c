@@ -1,6 +1,6 @@
 /* Statistics of arrays from their terms, without evaluating them, and their distance from the exact
- * ones. Arrays with a mask are evaluated (masked_sums.h): N then counts the samples with a value,
- * and background samples are exact.
+ * ones. Arrays with a mask are evaluated (masked_sums.h): N then counts the samples with a value;
+ * background samples are exact, but for those of results.
  *
  * Let a be the exact samples, a~ the array's samples, |a - a~| <= e (L2 norms over the N samples).
  *     sum        |<1, a - a~>| <= |1| e = sqrt(N) e                       (Cauchy, Schwarz)
@@ -51,8 +51,7 @@ static int masked_statistics(cvol_context *context, cvol_array_statistics *out, 
     const int code = cvol_masked_sums_compute(context, &sums, a, NULL);
     if (code)
         return code;
-    const double exact = cvol_mask_is_background(a->mask) ? (double)cvol_mask_samples(a->mask) : 0;
-    *out = statistics_of(sums.samples, sums.samples - exact, sums.sum[0], sums.squares[0],
+    *out = statistics_of(sums.samples, sums.samples - sums.exact[0], sums.sum[0], sums.squares[0],
                          sums.variation[0], sums.error[0]);
     return CVOL_OK;
 }
