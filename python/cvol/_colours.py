@@ -11,7 +11,7 @@ from typing import Any, Literal, Optional, Union
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _abi, _transfer
+from . import _abi, _look, _transfer
 from ._call import ArgumentError, Call, Handle, out_pointer, path_bytes
 from ._files import open as open_volume
 from ._frames import Series
@@ -152,7 +152,7 @@ class Colours:
                 raise ArgumentError(f"{name}: volumes of colours are drawn without it; draw one of .volumes with it")
         if look.get("iso") is not None:
             raise ArgumentError("iso: volumes of colours are drawn without it; draw one of .volumes with it")
-        window = look.pop("window", None)
+        window = _look.pair(look.pop("window", None), "window")
         if self._renderer is None or self._renderer[0] != window:
             self._drop_renderer()
             self._renderer = (window, _ColourRenderer(self.volumes, window))

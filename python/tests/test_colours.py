@@ -47,6 +47,18 @@ def command_picture(folder, path, options):
     return np.asarray(pil.open(folder / "picture.png"))
 
 
+def test_windows_that_change():
+    """window may be an array, and a list that the caller changes between two pictures."""
+    with compressed(samples()[..., :3]) as colours:
+        first, second = (colours.render(size=48, window=w) for w in ((20, 180), (0, 90)))
+        assert not np.array_equal(first, second)
+        for window in (np.array([20, 180]), [20, 180]):
+            assert np.array_equal(colours.render(size=48, window=window), first)
+            assert np.array_equal(colours.render(size=48, window=window), first)
+            window[:] = (0, 90)
+            assert np.array_equal(colours.render(size=48, window=window), second)
+
+
 @pytest.mark.parametrize("count", [3, 4])
 def test_pictures_are_the_commands(tmp_path, count):
     path = tmp_path / "ball.cvol"

@@ -101,6 +101,36 @@ def test_renderer(volume):
     assert "auto" in cvol.transfer_names() and "ct-bone" in cvol.transfer_names()
 
 
+@pytest.mark.parametrize("name, before, after, transfer", [
+    ("window", (0, 300), (0, 900), "auto"), ("rescale", (1, 0), (3, -300), "ct-bone"),
+])  # fmt: skip
+def test_pairs_of_numbers(volume, name, before, after, transfer):
+    """window and rescale may be arrays, and lists that the caller changes between two pictures."""
+    first, second = (volume.render(30, 20, size=48, transfer=transfer, **{name: p}) for p in (before, after))
+    assert not np.array_equal(first, second)
+    with cvol.Renderer(volume) as renderer:
+        for given in (np.array(before), list(before)):
+            for _ in range(2):
+                picture = renderer.render(30, 20, size=48, transfer=transfer, **{name: given})
+                assert np.array_equal(picture, first)
+            given[:] = after
+            assert np.array_equal(renderer.render(30, 20, size=48, transfer=transfer, **{name: given}), second)
+        assert np.array_equal(renderer.transfer_points(transfer, **{name: np.array(before)}),
+                              renderer.transfer_points(transfer, **{name: before}))  # fmt: skip
+        with pytest.raises(ValueError, match=f"{name} is .* must be 2 finite numbers"):
+            renderer.render(size=16, transfer=transfer, **{name: (1, 2, 3)})
+
+
+def test_points_that_change(volume):
+    points = [[0, 0, 0, 0, 0], [500, 1, 1, 1, 1]]
+    with cvol.Renderer(volume) as renderer:
+        first = renderer.render(30, 20, size=48, transfer=points)
+        with pytest.raises(ValueError, match="must have"):  # the same bytes in another shape
+            renderer.render(30, 20, size=48, transfer=sum(points, []))
+        points[1][1:4] = (1, 0, 0)
+        assert not np.array_equal(renderer.render(30, 20, size=48, transfer=points), first)
+
+
 def test_default_look(volume, array):
     """The ball fills the picture, from a three-quarter view; a turn has one frame for all views."""
     visible = volume.render(size=100).max(axis=2) > 12
