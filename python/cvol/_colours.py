@@ -85,8 +85,8 @@ def _make_colours(arrays: list[int], window: Window) -> tuple[Any, Handle]:
     made, array, volume = out_pointer(), out_pointer(), out_pointer()
     with Call() as call:
         call("colours_create", c.byref(made), c.byref(array), c.byref(volume), c.byref(source))
-    colours = Handle(made.value or 0, "colours_free", "the colours")
-    return Store(Handle(array.value or 0, "array_free", "the shape")), colours
+        colours = Handle(made.value or 0, "colours_free", "the colours")
+        return Store(Handle(array.value or 0, "array_free", "the shape")), colours
 
 
 class Colours:

@@ -97,8 +97,9 @@ class Renderer:
             return
         made = _transfer.make(self._array, transfer, window, opacity_scale, rescale)
         with made as pointer, Call() as call:
+            self._transfer_key = None  # a call that fails may have changed the renderer
             call("renderer_set_transfer", renderer, pointer)
-        self._transfer, self._transfer_key = made, key
+            self._transfer, self._transfer_key = made, key
 
     def transfer_points(
         self,

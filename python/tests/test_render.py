@@ -1,11 +1,13 @@
 """Pictures: shape, type and content; renderers keep their state."""
 
+import signal
 import struct
 import zlib
 
 import cvol
 import numpy as np
 import pytest
+from cvol import _abi
 
 
 def test_shapes(volume):
@@ -129,6 +131,23 @@ def test_points_that_change(volume):
             renderer.render(30, 20, size=48, transfer=sum(points, []))
         points[1][1:4] = (1, 0, 0)
         assert not np.array_equal(renderer.render(30, 20, size=48, transfer=points), first)
+
+
+def test_ctrl_c_while_the_transfer_function_is_set(volume, monkeypatch):
+    """The next picture has the transfer function that it asks for, not that of the call that was stopped."""
+    set_transfer = _abi.functions["renderer_set_transfer"]
+
+    def interrupted(*arguments):
+        code = set_transfer(*arguments)
+        signal.raise_signal(signal.SIGINT)
+        return code
+
+    with cvol.Renderer(volume) as renderer:
+        first = renderer.render(30, 20, size=48, window=(0, 300))
+        with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+            patch.setitem(_abi.functions, "renderer_set_transfer", interrupted)
+            renderer.render(30, 20, size=48, window=(0, 900))
+        assert np.array_equal(renderer.render(30, 20, size=48, window=(0, 300)), first)
 
 
 def test_default_look(volume, array):
