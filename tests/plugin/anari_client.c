@@ -745,6 +745,43 @@ static void check_large_memory(ANARIDevice d)
     munmap(samples, bytes);
 }
 
+/* Devices of several threads list parameters at the same time. */
+static pthread_barrier_t start;
+
+static void *list_parameters(void *user)
+{
+    ANARIDevice d = user;
+    void *wrong = NULL;
+    pthread_barrier_wait(&start);
+    for (int i = 0; i < 20000; i++) {
+        char subtype[40];
+        snprintf(subtype, sizeof subtype, "%d of %p", i, i % 2 ? user : NULL);
+        const ANARIParameter *p = anariGetObjectInfo(d, ANARI_CAMERA, subtype, "parameter",
+                                                     ANARI_PARAMETER_LIST);
+        if (!p || strcmp(p->name, "name"))
+            wrong = user;
+    }
+    return wrong;
+}
+
+static void check_devices(ANARILibrary library)
+{
+    enum { DEVICES = 4 };
+    ANARIDevice devices[DEVICES];
+    pthread_t threads[DEVICES];
+    pthread_barrier_init(&start, NULL, DEVICES);
+    for (int i = 0; i < DEVICES; i++) {
+        devices[i] = anariNewDevice(library, "default");
+        EXPECT(!pthread_create(&threads[i], NULL, list_parameters, devices[i]));
+    }
+    for (int i = 0; i < DEVICES; i++) {
+        void *wrong = devices[i];
+        EXPECT(!pthread_join(threads[i], &wrong) && !wrong);
+        anariRelease(devices[i], devices[i]);
+    }
+    pthread_barrier_destroy(&start);
+}
+
 /* ---- files ----------------------------------------------------------------------------------- */
 
 static void write_picture(const char *path, const uint8_t *rgba, const uint32_t size[2])
@@ -867,6 +904,7 @@ int main(int argc, char **argv)
     check_order(d, 6);
     check_threads(d);
     check_large_memory(d);
+    check_devices(library);
     check_file(d, argv + 1, argc > 6 ? argv[6] : NULL);
     anariRelease(d, d);
     anariUnloadLibrary(library);
