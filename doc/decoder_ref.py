@@ -148,6 +148,7 @@ class Header:
              "trellis")
         need(self.step > 0 if self.block else self.step == 0 == self.offset, "step")
         need(self.value_min <= self.value_max and min(self.spacing) > 0, "value_min or spacing")
+        need(self.value_scale != 0, "GEOM: value_scale is 0")
         least, most = self.type_range()
         need(all(least <= value <= most and (self.type > 6 or value == int(value))
                  for value in (self.value_min, self.value_max)), "value_min or value_max is no value of the type")

@@ -78,7 +78,8 @@ endif()
 # The device of ANARI.
 if(TARGET anari_library_cvol)
   add_executable(anari_client plugin/anari_client.c)
-  target_link_libraries(anari_client PRIVATE anari::anari m)
+  target_link_libraries(anari_client PRIVATE anari::anari m Threads::Threads ${CMAKE_DL_LIBS})
+  set_target_properties(anari_client PROPERTIES ENABLE_EXPORTS ON) # its pthread_create is that of libraries, too
   set(anari_client $<TARGET_FILE:anari_client>)
   set(anari_libraries $<TARGET_FILE_DIR:anari_library_cvol>:$<TARGET_FILE_DIR:anari::anari>)
 endif()

@@ -2,8 +2,10 @@
 
 #include "types.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <type_traits>
 
 namespace cvol_anari
@@ -31,14 +33,23 @@ void array::free_shared()
     shared = shared_memory();
 }
 
-/* Shared memory may vanish with the application's reference. */
+/* Shared memory may vanish with the application's reference, unless it waits for its deleter. */
 void array::leave_application()
 {
     if (!shared.data)
         return;
     const auto *bytes = static_cast<const unsigned char *>(shared.data);
-    own.assign(bytes, bytes + count() * size_of(element));
-    free_shared();
+    try {
+        own.assign(bytes, bytes + count() * size_of(element));
+        free_shared();
+    } catch (const std::bad_alloc &) {
+        if (shared.deleter)
+            return;
+        shared = shared_memory();
+        std::fill(items, items + 3, 0);
+        report(ANARI_SEVERITY_ERROR, ANARI_STATUS_OUT_OF_MEMORY,
+               "there is no memory for a copy of what the application shared; it is empty now");
+    }
 }
 
 void array::hold_objects()

@@ -35,7 +35,7 @@ class array : public object
     int get_colour(double rgba[4], uint64_t i) const;
 
     const ANARIDataType element;
-    const uint64_t items[3];
+    uint64_t items[3]; /* 0: its elements are lost */
     uint64_t count() const
     {
         return items[0] * items[1] * items[2];

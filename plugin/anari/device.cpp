@@ -3,6 +3,7 @@
 #include "queries.h"
 #include "types.h"
 
+#include <exception>
 #include <new>
 
 namespace cvol_anari
@@ -48,21 +49,35 @@ void device::report(const object *source, ANARIStatusSeverity severity, ANARISta
            severity, code, message.c_str());
 }
 
+template <typename F> auto device::guarded(const object *about, F work) -> decltype(work())
+{
+    const guard held(lock);
+    try {
+        return work();
+    } catch (const std::bad_alloc &) {
+        report(about, ANARI_SEVERITY_ERROR, ANARI_STATUS_OUT_OF_MEMORY, "there is no memory");
+    } catch (const std::exception &e) {
+        report(about, ANARI_SEVERITY_ERROR, ANARI_STATUS_UNKNOWN_ERROR, e.what());
+    }
+    return decltype(work())();
+}
+
 /* ---- new objects ---------------------------------------------------------------------------- */
 
 /* Objects of subtypes that are not known take parameters, and draw nothing. */
 template <typename T> T *device::make(ANARIDataType type, const char *subtype)
 {
-    const guard held(lock);
-    T *made = new T(*this, type, subtype);
-    const char **known = subtypes(type);
-    bool is_known = !known[0];
-    for (int i = 0; known[i]; i++)
-        is_known |= !std::strcmp(known[i], subtype);
-    if (!is_known)
-        made->report(ANARI_SEVERITY_WARNING, ANARI_STATUS_INVALID_ARGUMENT,
-                     "has no such subtype, so it draws nothing");
-    return made;
+    return guarded(nullptr, [&] {
+        T *made = new T(*this, type, subtype);
+        const char **known = subtypes(type);
+        bool is_known = !known[0];
+        for (int i = 0; known[i]; i++)
+            is_known |= !std::strcmp(known[i], subtype);
+        if (!is_known)
+            made->report(ANARI_SEVERITY_WARNING, ANARI_STATUS_INVALID_ARGUMENT,
+                         "has no such subtype, so it draws nothing");
+        return made;
+    });
 }
 
 object *device::make_array(ANARIDataType type, ANARIDataType element, const uint64_t items[3],
@@ -183,16 +198,18 @@ ANARIFrame device::newFrame()
 void device::setParameter(ANARIObject handle, const char *name, ANARIDataType type,
                           const void *memory)
 {
-    const guard held(lock);
     object &o = find(handle);
-    if (type != ANARI_STRING && size_of(type) == 0)
-        return o.report(ANARI_SEVERITY_WARNING, ANARI_STATUS_INVALID_ARGUMENT,
-                        std::string(name) + " is of type " +
-                            std::to_string(static_cast<int>(type)) + ", which no parameter has");
-    const std::string wrong = check_parameter(o.type, o.subtype.c_str(), name, type);
-    if (!wrong.empty())
-        o.report(ANARI_SEVERITY_WARNING, ANARI_STATUS_INVALID_ARGUMENT, wrong);
-    o.set(name, type, memory);
+    guarded(&o, [&] {
+        if (type != ANARI_STRING && size_of(type) == 0)
+            return o.report(ANARI_SEVERITY_WARNING, ANARI_STATUS_INVALID_ARGUMENT,
+                            std::string(name) + " is of type " +
+                                std::to_string(static_cast<int>(type)) +
+                                ", which no parameter has");
+        const std::string wrong = check_parameter(o.type, o.subtype.c_str(), name, type);
+        if (!wrong.empty())
+            o.report(ANARI_SEVERITY_WARNING, ANARI_STATUS_INVALID_ARGUMENT, wrong);
+        o.set(name, type, memory);
+    });
 }
 
 void device::unsetParameter(ANARIObject handle, const char *name)
@@ -217,8 +234,10 @@ void *device::map_parameter(ANARIObject handle, const char *name, ANARIDataType 
     if (!made)
         return nullptr;
     setParameter(handle, name, type, &made);
-    made->release_for_application();
-    return static_cast<array *>(made)->map();
+    void *data = static_cast<array *>(made)->map();
+    const bool is_set = find(handle).get_object(name, type) == made;
+    made->release_for_application(); /* frees an array that did not become the parameter */
+    return is_set ? data : nullptr;
 }
 
 void *device::mapParameterArray1D(ANARIObject handle, const char *name, ANARIDataType element,
@@ -245,26 +264,25 @@ void *device::mapParameterArray3D(ANARIObject handle, const char *name, ANARIDat
 
 void device::unmapParameterArray(ANARIObject handle, const char *name)
 {
-    const guard held(lock);
-    for (const ANARIDataType type : {ANARI_ARRAY1D, ANARI_ARRAY2D, ANARI_ARRAY3D})
-        if (object *o = find(handle).get_object(name, type))
-            static_cast<array *>(o)->unmap();
+    object &of = find(handle);
+    guarded(&of, [&] {
+        for (const ANARIDataType type : {ANARI_ARRAY1D, ANARI_ARRAY2D, ANARI_ARRAY3D})
+            if (object *o = of.get_object(name, type))
+                static_cast<array *>(o)->unmap();
+    });
 }
 
 void device::commitParameters(ANARIObject handle)
 {
-    const guard held(lock);
     object &o = find(handle);
-    try {
+    guarded(&o, [&] {
         o.commit();
-    } catch (const std::bad_alloc &) {
-        o.report(ANARI_SEVERITY_ERROR, ANARI_STATUS_OUT_OF_MEMORY, "there is no memory");
-    }
-    if (&o != self)
-        return;
-    status = self->get("statusCallback", ANARI_STATUS_CALLBACK, defaultStatusCallback());
-    status_user = self->get("statusCallbackUserData", ANARI_VOID_POINTER,
-                            defaultStatusCallbackUserPtr());
+        if (&o != self)
+            return;
+        status = self->get("statusCallback", ANARI_STATUS_CALLBACK, defaultStatusCallback());
+        status_user = self->get("statusCallbackUserData", ANARI_VOID_POINTER,
+                                defaultStatusCallbackUserPtr());
+    });
 }
 
 void device::retain(ANARIObject handle)
@@ -294,13 +312,12 @@ void device::release(ANARIObject handle)
     if (!handle)
         return;
     end_frame(find(handle));
-    {
-        const guard held(lock);
+    guarded(nullptr, [&] {
         if (handleIsDevice(handle))
             is_last = --references == 0;
         else
             find(handle).release_for_application();
-    }
+    });
     if (is_last)
         delete this;
 }
@@ -313,8 +330,8 @@ void *device::mapArray(ANARIArray handle)
 
 void device::unmapArray(ANARIArray handle)
 {
-    const guard held(lock);
-    static_cast<array &>(find(handle)).unmap();
+    array &a = static_cast<array &>(find(handle));
+    guarded(&a, [&] { a.unmap(); });
 }
 
 /* ---- properties ------------------------------------------------------------------------------ */
@@ -355,8 +372,7 @@ int device::getProperty(ANARIObject handle, const char *name, ANARIDataType type
     object &o = find(handle);
     if (o.type == ANARI_FRAME && mask == ANARI_WAIT)
         static_cast<frame &>(o).is_ready(true);
-    const guard held(lock);
-    return o.get_property(name, type, memory, size);
+    return guarded(&o, [&] { return o.get_property(name, type, memory, size); });
 }
 
 const char **device::getObjectSubtypes(ANARIDataType type)
@@ -367,8 +383,7 @@ const char **device::getObjectSubtypes(ANARIDataType type)
 const void *device::getObjectInfo(ANARIDataType type, const char *subtype, const char *info,
                                   ANARIDataType info_type)
 {
-    const guard held(lock);
-    return object_info(type, subtype, info, info_type);
+    return guarded(nullptr, [&] { return object_info(type, subtype, info, info_type); });
 }
 
 const void *device::getParameterInfo(ANARIDataType type, const char *subtype, const char *parameter,
@@ -386,8 +401,7 @@ const void *device::frameBufferMap(ANARIFrame handle, const char *channel, uint3
 {
     auto &f = static_cast<frame &>(find(handle));
     f.is_ready(true);
-    const guard held(lock);
-    return f.map(channel, width, height, type);
+    return guarded(&f, [&] { return f.map(channel, width, height, type); });
 }
 
 void device::frameBufferUnmap(ANARIFrame, const char *)
@@ -399,12 +413,7 @@ void device::renderFrame(ANARIFrame handle)
     auto &f = static_cast<frame &>(find(handle));
     f.is_ready(true);
     f.end_thread();
-    const guard held(lock);
-    try {
-        f.render();
-    } catch (const std::bad_alloc &) {
-        f.report(ANARI_SEVERITY_ERROR, ANARI_STATUS_OUT_OF_MEMORY, "there is no memory");
-    }
+    guarded(&f, [&] { f.render(); });
 }
 
 int device::frameReady(ANARIFrame handle, ANARIWaitMask mask)

@@ -83,6 +83,9 @@ class device : public anari::DeviceImpl, public host
     void discardFrame(ANARIFrame handle) override;
 
   private:
+    /* The result of `work`, with the lock held. Exceptions do not leave the API: they become
+     * messages about an object or (NULL) the device, and the result is 0. */
+    template <typename F> auto guarded(const object *about, F work) -> decltype(work());
     object &find(ANARIObject handle);
     void end_frame(object &o);
     template <typename T> T *make(ANARIDataType type, const char *subtype);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <new>
 
 namespace cvol_anari
@@ -112,6 +113,8 @@ void frame::job::run()
             message = draw(context, &result, scene);
         } catch (const std::bad_alloc &) {
             message = "there is no memory for a picture of this size";
+        } catch (const std::exception &e) {
+            message = e.what();
         }
         cvol_context_free(context);
     } else
@@ -194,7 +197,7 @@ static void sample_background(float out[4], const array &image, double x, double
 
 static std::vector<float> make_background(const renderer &r, const uint32_t size[2])
 {
-    if (!r.background_image)
+    if (!r.background_image || !r.background_image->count())
         return std::vector<float>(r.background, r.background + 4);
     std::vector<float> out(static_cast<size_t>(size[0]) * size[1] * 4);
     for (uint32_t y = 0; y < size[1]; y++)
@@ -228,17 +231,24 @@ void frame::render()
         report(ANARI_SEVERITY_WARNING, ANARI_STATUS_INVALID_OPERATION,
                "volumes overlap; cvol draws the one with the nearer centre in front of the other");
     }
-    current = next;
-    is_converted = false;
     const ANARIFrameCompletionCallback callback = completed;
     const void *user = completed_user;
     const ANARIDevice handle = owner.handle();
     const auto self = reinterpret_cast<ANARIFrame>(static_cast<object *>(this));
-    worker = std::thread([next, callback, user, handle, self] {
-        next->run();
-        if (callback && !next->is_discarded)
-            callback(user, handle, self);
-    });
+    const std::shared_ptr<job> last = current;
+    current = next; /* before its thread starts, whose callback may map it */
+    try {
+        worker = std::thread([next, callback, user, handle, self] {
+            next->run();
+            if (callback && !next->is_discarded)
+                callback(user, handle, self);
+        });
+        is_converted = false;
+    } catch (const std::exception &e) {
+        current = last; /* waiting for `next` would never end */
+        report(ANARI_SEVERITY_ERROR, ANARI_STATUS_INVALID_OPERATION,
+               std::string("cannot start a thread that draws: ") + e.what());
+    }
 }
 
 /* Says what went wrong with the last picture, once. */

@@ -4,6 +4,8 @@
 
 #include <anari/backend/LibraryImpl.h>
 
+#include <new>
+
 namespace
 {
 
@@ -11,7 +13,11 @@ struct library : public anari::LibraryImpl {
     using anari::LibraryImpl::LibraryImpl;
     ANARIDevice newDevice(const char *) override
     {
-        return (new cvol_anari::device(this_library()))->this_device();
+        try {
+            return (new cvol_anari::device(this_library()))->this_device();
+        } catch (const std::bad_alloc &) {
+            return nullptr;
+        }
     }
     const char **getDeviceExtensions(const char *) override
     {

@@ -4,6 +4,8 @@
 
 #include <cstring>
 #include <map>
+#include <mutex>
+#include <utility>
 #include <vector>
 
 namespace cvol_anari
@@ -153,20 +155,19 @@ std::string check_parameter(ANARIDataType type, const char *subtype, const char 
 
 /* ---- facts for applications ------------------------------------------------------------------ */
 
-/* Lists stay valid, so they are kept. */
+/* Lists stay valid, so they are kept, for all devices. */
 static const ANARIParameter *list_parameters(ANARIDataType type, const char *subtype)
 {
+    static std::mutex lock;
     static std::map<std::string, std::vector<ANARIParameter>> kept;
-    std::vector<ANARIParameter> &list =
-        kept[std::to_string(static_cast<int>(type)) + " " + subtype];
-    if (list.empty()) {
-        list.push_back({"name", ANARI_STRING});
-        for (const parameter_fact &f : facts)
-            if (is_of(f, type, subtype))
-                list.push_back({f.name, f.parameter_type});
-        list.push_back({nullptr, ANARI_UNKNOWN});
-    }
-    return list.data();
+    std::vector<ANARIParameter> list = {{"name", ANARI_STRING}};
+    for (const parameter_fact &f : facts)
+        if (is_of(f, type, subtype))
+            list.push_back({f.name, f.parameter_type});
+    list.push_back({nullptr, ANARI_UNKNOWN});
+    const std::string key = std::to_string(static_cast<int>(type)) + " " + subtype;
+    const std::lock_guard<std::mutex> held(lock);
+    return kept.emplace(key, std::move(list)).first->second.data();
 }
 
 const void *object_info(ANARIDataType type, const char *subtype, const char *info,

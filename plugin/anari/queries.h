@@ -16,8 +16,7 @@ const char **subtypes(ANARIDataType type);
 /* "" if the parameter has this type, or is unknown; else a sentence. */
 std::string check_parameter(ANARIDataType type, const char *subtype, const char *name,
                             ANARIDataType given);
-/* See anariGetObjectInfo and anariGetParameterInfo; NULL: there is no such fact. One thread at a
- * time. */
+/* See anariGetObjectInfo and anariGetParameterInfo; NULL: there is no such fact. */
 const void *object_info(ANARIDataType type, const char *subtype, const char *info,
                         ANARIDataType info_type);
 const void *parameter_info(ANARIDataType type, const char *subtype, const char *name,

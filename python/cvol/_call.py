@@ -2,7 +2,7 @@
 
 ctypes lets other Python threads run while the library works. Each call has its own context, so calls of several
 threads are independent. During a call of the main thread, Ctrl-C sets a flag, which stops the call at its next
-progress report.
+progress report. Calls in the callbacks of a call share its flag.
 """
 
 from __future__ import annotations
@@ -145,6 +145,24 @@ def options(
         _settings.reset(token)
 
 
+class _Interrupt:
+    """Handles Ctrl-C during calls of the main thread: an exception cannot leave a callback, so it sets a flag, and the
+    innermost call raises the exception when the library has returned."""
+
+    def __init__(self) -> None:
+        self.came = False
+
+    def note(self, *_: Any) -> None:
+        self.came = True
+
+    def take(self) -> bool:
+        came, self.came = self.came, False
+        return came
+
+
+_interrupt = _Interrupt()
+
+
 class Call:
     """One call's context. ``with Call() as call: call("array_add", ...)`` raises errors."""
 
@@ -152,8 +170,8 @@ class Call:
         settings = _settings.get()
         self._user = progress or settings.progress
         self._failure: Optional[BaseException] = None
-        self._interrupted = False
-        self._handler: Any = None
+        self._handler: Any = None  # the one to restore
+        self._watches = False
         self.context = _abi.functions["context_create"]()
         if not self.context:
             raise OutOfMemoryError("not enough memory for a context")
@@ -167,22 +185,22 @@ class Call:
             _abi.functions["context_set_external"](self.context, 0)
 
     def _tell(self, _: Any, what: bytes, fraction: float) -> int:
-        if self._interrupted or not self._user:
-            return int(self._interrupted)
+        if self._watches and _interrupt.came:
+            return 1
+        if not self._user:
+            return 0
         try:
             return int(bool(self._user(what.decode(errors="replace"), fraction)))
         except BaseException as error:  # pylint: disable=broad-except
             self._failure = error
             return 1
 
-    def _note(self, *_: Any) -> None:
-        self._interrupted = True
-
     def __enter__(self) -> "Call":
-        # An exception cannot leave a callback: set a flag, and raise after the call.
         if threading.current_thread() is threading.main_thread():
-            if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-                self._handler = signal.signal(signal.SIGINT, self._note)
+            handler = signal.getsignal(signal.SIGINT)
+            if handler is signal.default_int_handler:
+                self._handler = signal.signal(signal.SIGINT, _interrupt.note)
+            self._watches = self._handler is not None or handler == _interrupt.note
         return self
 
     def __exit__(self, *_: Any) -> None:
@@ -190,7 +208,7 @@ class Call:
             signal.signal(signal.SIGINT, self._handler)
         _abi.functions["context_free"](self.context)
         self.context = None
-        if self._interrupted:
+        if self._watches and _interrupt.take():
             raise KeyboardInterrupt
 
     def __call__(self, name: str, *arguments: Any, path: Optional[str] = None) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._call import FormatError, TargetError
-from ._compress import compress
+from ._compress import EFFORTS, PSNR_INSTEAD, compress
 from ._geometry import TYPES
 from ._store import Store
 from ._volume import Volume
@@ -20,7 +20,20 @@ from ._volume import Volume
 SIGNATURE, _CHUNK = b"\x8bCVL\r\n\x1a\n", b"\x8bCVK\r\n\x1a\n"
 _HEAD = struct.Struct("<8sBBc5s")  # signature, version, number of axes, order in memory, type
 _MOST_AXES = 32
-_PSNR_INSTEAD = 35
+TARGETS = ("ratio", "psnr", "max_error", "lossless")
+
+
+def target_of(effort: str, **targets: Any) -> dict[str, Any]:
+    """The only target that is given; lossless if none is. ValueError: several, or a value that no codec accepts."""
+    given = {name: v for name, v in targets.items() if v is not None and v is not False} or {"lossless": True}
+    if len(given) > 1:
+        raise ValueError(f"give only one of {' and '.join(given)}")
+    for name, value in given.items():
+        if not 0 <= value < math.inf:
+            raise ValueError(f"{name} is {value!r}, must be a number from 0")
+    if effort not in EFFORTS:
+        raise ValueError(f"effort is {effort!r}, must be one of {', '.join(EFFORTS)}")
+    return given
 
 
 def _compressed(samples: NDArray[Any], options: Mapping[str, Any]) -> bytes:
@@ -28,7 +41,7 @@ def _compressed(samples: NDArray[Any], options: Mapping[str, Any]) -> bytes:
     target: dict[str, Any] = {"lossless": True} if samples.dtype == np.bool_ else dict(options)
     effort = target.pop("effort", "default")
     fill = np.nan if samples.dtype.kind == "f" and not np.isfinite(samples).all() else None
-    attempts: list[dict[str, Any]] = [target, {"psnr": _PSNR_INSTEAD}, {"lossless": True}]
+    attempts: list[dict[str, Any]] = [target, {"psnr": PSNR_INSTEAD}, {"lossless": True}]
     for attempt in attempts:
         try:
             with compress(samples, fill=fill, labels=False, effort=effort, **attempt) as volume:

@@ -11,7 +11,7 @@ from typing import Any, Literal, Optional, Union
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _abi, _transfer
+from . import _abi, _look, _transfer
 from ._call import ArgumentError, Call, Handle, out_pointer, path_bytes
 from ._files import open as open_volume
 from ._frames import Series
@@ -85,8 +85,8 @@ def _make_colours(arrays: list[int], window: Window) -> tuple[Any, Handle]:
     made, array, volume = out_pointer(), out_pointer(), out_pointer()
     with Call() as call:
         call("colours_create", c.byref(made), c.byref(array), c.byref(volume), c.byref(source))
-    colours = Handle(made.value or 0, "colours_free", "the colours")
-    return Store(Handle(array.value or 0, "array_free", "the shape")), colours
+        colours = Handle(made.value or 0, "colours_free", "the colours")
+        return Store(Handle(array.value or 0, "array_free", "the shape")), colours
 
 
 class Colours:
@@ -152,7 +152,7 @@ class Colours:
                 raise ArgumentError(f"{name}: volumes of colours are drawn without it; draw one of .volumes with it")
         if look.get("iso") is not None:
             raise ArgumentError("iso: volumes of colours are drawn without it; draw one of .volumes with it")
-        window = look.pop("window", None)
+        window = _look.pair(look.pop("window", None), "window")
         if self._renderer is None or self._renderer[0] != window:
             self._drop_renderer()
             self._renderer = (window, _ColourRenderer(self.volumes, window))

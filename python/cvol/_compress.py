@@ -20,8 +20,8 @@ from ._keep import Keep
 from ._volume import Volume
 
 _RATIO, _PSNR, _MAX_ERROR, _BITS = 1, 2, 3, 4
-_EFFORTS = {"default": 0, "fast": 1, "max": 2}
-_LEAST_PSNR, _PSNR_INSTEAD = 25, 35  # where a ratio leaves less than the first, the default becomes the second
+EFFORTS = {"default": 0, "fast": 1, "max": 2}
+_LEAST_PSNR, PSNR_INSTEAD = 25, 35  # where a ratio leaves less than the first, the default becomes the second
 
 
 def _named(ratio: Any, psnr: Any, max_error: Any, bits: Any, lossless: bool, keep: Any) -> list[str]:
@@ -95,12 +95,12 @@ def _by_codec(samples: NDArray[Any], grid: Any, o: Any) -> Volume:
 
 def _yielding(ratio: float, says: str) -> None:
     """Warns that a PSNR replaces the default ratio."""
-    warnings.warn(f"{says}; compressed to {_PSNR_INSTEAD} dB instead (ratio={ratio:g}, force=True: keep to the ratio)",
+    warnings.warn(f"{says}; compressed to {PSNR_INSTEAD} dB instead (ratio={ratio:g}, force=True: keep to the ratio)",
                   stacklevel=3)  # fmt: skip
 
 
 def _refusal(says: str) -> TargetError:
-    return TargetError(f"{says}; give psnr={_PSNR_INSTEAD} for more quality, or force=True to accept this")
+    return TargetError(f"{says}; give psnr={PSNR_INSTEAD} for more quality, or force=True to accept this")
 
 
 def _by_truncation(samples: NDArray[Any], grid: Any, transform: int, block: int, keep: Any) -> Volume:
@@ -187,7 +187,7 @@ def compress(
     number = _abi.functions["transform_from_name"](transform.encode())
     if not number:
         raise ValueError(f"transform is {transform!r}, must be 'dct', 'dht' or 'dft'")
-    if effort not in _EFFORTS:
+    if effort not in EFFORTS:
         raise ValueError(f"effort is {effort!r}, must be 'fast', 'default' or 'max'")
     target, value = _target(ratio, psnr, max_error, bits, lossless, keep)
     of_blocks = keep is None and number == 1 and block != 0 and samples.ndim == 3
@@ -202,7 +202,7 @@ def compress(
             o = _abi.defaults("compress_options")
             o.block, o.target, o.target_value = block, target, value
             o.max_error = float(max_error) if target == _PSNR and max_error is not None else 0
-            o.lossless, o.lapped, o.effort = lossless, lap, _EFFORTS[effort]
+            o.lossless, o.lapped, o.effort = lossless, lap, EFFORTS[effort]
             o.brick[:] = _sides(bricks)
             if fill is not None:
                 o.has_fill, o.fill = 1, float(fill)
@@ -222,7 +222,7 @@ def compress(
                 if named:
                     raise _refusal(str(error)) from None
                 _yielding(value, str(error))
-                o.target, o.target_value = _PSNR, _PSNR_INSTEAD
+                o.target, o.target_value = _PSNR, PSNR_INSTEAD
                 volume = _by_codec(samples, grid, o)
         else:
             if keep is None and (target in (_MAX_ERROR, _BITS) or lossless):
@@ -245,7 +245,7 @@ def compress(
                 says = str(error)
             if says:
                 _yielding(value, says)
-                volume = _by_truncation(samples, grid, number, block, Keep.psnr(_PSNR_INSTEAD)._value)
+                volume = _by_truncation(samples, grid, number, block, Keep.psnr(PSNR_INSTEAD)._value)
     if attributes is not None:
         volume.attributes = attributes
     return volume

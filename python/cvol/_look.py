@@ -30,6 +30,14 @@ def numbers(value: Any, count: int, name: str) -> tuple[float, ...]:
     return out
 
 
+def pair(value: Any, name: str) -> Optional[tuple[float, float]]:
+    """A copy, which compares by its numbers and does not change with `value`."""
+    if value is None:
+        return None
+    first, second = numbers(value, 2, name)
+    return first, second
+
+
 def colour(value: Any, name: str) -> tuple[float, ...]:
     if isinstance(value, str):
         if value not in _COLOURS:

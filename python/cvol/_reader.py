@@ -50,7 +50,7 @@ class Reading(NamedTuple):
 
 def is_zarr(path: Union[str, bytes]) -> bool:
     """Whether the path is a folder of Zarr."""
-    names = (".zarray", ".zgroup", "zarr.json")
+    names = ("zarr.json", ".zarray", ".zgroup", ".zattrs")
     return isinstance(path, str) and any(os.path.isfile(os.path.join(path, name)) for name in names)
 
 

@@ -85,17 +85,21 @@ class Renderer:
     # ---- transfer functions -------------------------------------------------------------------------
 
     def _set_transfer(self, renderer: int, transfer: Any, window: Any, opacity_scale: float, rescale: Any) -> None:
-        key: Any = (transfer, window, opacity_scale, rescale)
-        if not isinstance(transfer, str):
-            key = (np.asarray(transfer, float).tobytes() if not hasattr(transfer, "__fspath__") else None, *key[1:])
-        if "/" in str(transfer) or "." in str(transfer) or key[0] is None:
-            key = None  # a file may have changed
+        window, rescale = _look.pair(window, "window"), _look.pair(rescale, "rescale")
+        kept: Any = transfer
+        if _transfer.is_file(transfer):
+            kept = None  # a file may have changed
+        elif not isinstance(transfer, str):
+            transfer = np.array(transfer, float)
+            kept = (transfer.shape, transfer.tobytes())
+        key = None if kept is None else (kept, window, float(opacity_scale), rescale)
         if key is not None and key == self._transfer_key:
             return
         made = _transfer.make(self._array, transfer, window, opacity_scale, rescale)
         with made as pointer, Call() as call:
+            self._transfer_key = None  # a call that fails may have changed the renderer
             call("renderer_set_transfer", renderer, pointer)
-        self._transfer, self._transfer_key = made, key
+            self._transfer, self._transfer_key = made, key
 
     def transfer_points(
         self,
@@ -107,6 +111,7 @@ class Renderer:
     ) -> NDArray[Any]:
         """The points of a transfer function for this volume: (n, 5), rows of value, red, green, blue and opacity.
         Change them and give them back as ``transfer``."""
+        window, rescale = _look.pair(window, "window"), _look.pair(rescale, "rescale")
         with self._lock, self._handle:
             return _transfer.points_of(_transfer.make(self._array, transfer, window, opacity_scale, rescale))
 

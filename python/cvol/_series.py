@@ -108,17 +108,19 @@ def save_series(
             kept.append((kind * count)(*values))
             setattr(o, name, c.addressof(kept[-1]))
     writer, total = out_pointer(), c.c_uint64()
+    # One call for each step: in between, as in the code of a generator, Ctrl-C stops Python at once.
+    try:
+        with Call() as call:
+            call("series_writer_open", c.byref(writer), path_bytes(path), c.byref(o))
+        added = 0
+        for added, volume in enumerate(volumes, 1):
+            with volume._store.whole() as array, Call() as call:
+                call("series_add", writer, array, None)
+        if added < times * channels:
+            raise ArgumentError(f"{os.fspath(path)}: got {added} volumes, must be {times * channels}")
+    except BaseException:
+        _abi.functions["series_writer_abandon"](writer)
+        raise
     with Call() as call:
-        call("series_writer_open", c.byref(writer), path_bytes(path), c.byref(o))
-        try:
-            added = 0
-            for added, volume in enumerate(volumes, 1):
-                with volume._store.whole() as array:
-                    call("series_add", writer, array, None)
-            if added < times * channels:
-                raise ArgumentError(f"{os.fspath(path)}: got {added} volumes, must be {times * channels}")
-        except BaseException:
-            _abi.functions["series_writer_abandon"](writer)
-            raise
         call("series_writer_commit", writer, c.byref(total))
     return total.value

@@ -32,8 +32,9 @@ def _is_exact(array: int) -> bool:
     return bool(info_of(array).psnr_db == math.inf)
 
 
-def _is_file(name: Any) -> bool:
-    return isinstance(name, os.PathLike) or "." in name or "/" in name
+def is_file(transfer: Any) -> bool:
+    """True for a path, False for a name or points."""
+    return isinstance(transfer, os.PathLike) or isinstance(transfer, str) and ("." in transfer or "/" in transfer)
 
 
 def _hounsfield(array: int, histogram: Any) -> tuple[float, float]:
@@ -51,7 +52,7 @@ def _hounsfield(array: int, histogram: Any) -> tuple[float, float]:
 def _create(array: int, transfer: Any, rescale: Optional[tuple[float, float]]) -> Handle:
     out = out_pointer()
     if isinstance(transfer, (str, os.PathLike)):
-        if _is_file(transfer):
+        if is_file(transfer):
             with Call() as call:
                 call("transfer_read", c.byref(out), path_bytes(transfer), path=os.fspath(transfer))
                 return Handle(out.value or 0, "transfer_free", "the transfer function")

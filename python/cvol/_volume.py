@@ -157,8 +157,8 @@ class Volume(NumpyArray, Algebra):
         text = None if value is None else json.dumps(value, ensure_ascii=False).encode()
         with Call() as call, self._store.whole() as array:
             call("array_set_attributes", array, text)
-        self._store.attributes = None if text is None else text.decode()
-        self._store.changed = True
+            self._store.attributes = None if text is None else text.decode()
+            self._store.changed = True
 
     @property
     def info(self) -> Info:
@@ -308,7 +308,7 @@ class Volume(NumpyArray, Algebra):
             raise ValueError(f"the original is {samples.shape} {samples.dtype}, must be {self.shape} {self.dtype}")
         with self._store.whole() as array, Call() as call:
             call("array_measure", array, address(samples))
-        self._store.refresh()
+            self._store.refresh()
         return self.info
 
     # ---- files --------------------------------------------------------------------------------------

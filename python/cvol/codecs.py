@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 
 from . import _chunks
 
-_EFFORTS = ("default", "fast", "max")
-
 
 class Cvol(Codec):  # type: ignore[misc]
     """Compresses each chunk as a volume (z, y, x); of more axes, each combination of the first ones as a volume.
@@ -45,15 +43,7 @@ class Cvol(Codec):  # type: ignore[misc]
         lossless: bool = False,
         effort: str = "default",
     ) -> None:
-        given = {"ratio": ratio, "psnr": psnr, "max_error": max_error, "lossless": lossless or None}
-        self._target = {name: value for name, value in given.items() if value is not None} or {"lossless": True}
-        if len(self._target) > 1:
-            raise ValueError(f"give only one of {' and '.join(self._target)}")
-        for name, value in self._target.items():
-            if not (value >= 0 and value < float("inf")):
-                raise ValueError(f"{name} is {value!r}, must be a number from 0")
-        if effort not in _EFFORTS:
-            raise ValueError(f"effort is {effort!r}, must be one of {', '.join(_EFFORTS)}")
+        self._target = _chunks.target_of(effort, ratio=ratio, psnr=psnr, max_error=max_error, lossless=bool(lossless))
         self.effort = effort
 
     def encode(self, buf: Any) -> bytes:

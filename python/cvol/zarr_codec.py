@@ -33,9 +33,6 @@ from . import _chunks
 from ._store import Store
 from ._volume import Volume
 
-_TARGETS = ("ratio", "psnr", "max_error", "lossless")
-_EFFORTS = ("default", "fast", "max")
-
 
 @contextmanager
 def _as_file(data: bytes) -> Iterator[str]:
@@ -88,18 +85,10 @@ class CvolCodec(ArrayBytesCodecPartialDecodeMixin, ArrayBytesCodec):
     is_fixed_size: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        given = self._target()
-        if len(given) > 1:
-            raise ValueError(f"give only one of {' and '.join(given)}")
-        for name, value in given.items():
-            if not 0 <= value < float("inf"):
-                raise ValueError(f"{name} is {value!r}, must be a number from 0")
-        if self.effort not in _EFFORTS:
-            raise ValueError(f"effort is {self.effort!r}, must be one of {', '.join(_EFFORTS)}")
+        self._target()  # checks the options
 
     def _target(self) -> dict[str, float]:
-        values = {name: getattr(self, name) for name in _TARGETS}
-        return {name: v for name, v in values.items() if v is not None and v is not False} or {"lossless": True}
+        return _chunks.target_of(self.effort, **{name: getattr(self, name) for name in _chunks.TARGETS})
 
     @classmethod
     def from_dict(cls, data: dict) -> "CvolCodec":
@@ -107,7 +96,7 @@ class CvolCodec(ArrayBytesCodecPartialDecodeMixin, ArrayBytesCodec):
         if data.get("name") != "cvol":
             raise ValueError(f"the codec is {data.get('name')!r}, must be 'cvol'")
         options = data.get("configuration") or {}
-        wrong = sorted(set(options) - {*_TARGETS, "effort"})
+        wrong = sorted(set(options) - {*_chunks.TARGETS, "effort"})
         if wrong:
             raise ValueError(f"the codec cvol has the options {', '.join(wrong)}: a newer cvol wrote them")
         return cls(**options)

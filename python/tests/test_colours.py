@@ -1,11 +1,14 @@
 """Volumes of red, green, blue and alpha: their pictures are those of the command, their samples those of NumPy."""
 
+import gc
+import signal
 import subprocess
 import warnings
 
 import cvol
 import numpy as np
 import pytest
+from cvol import _abi
 from cvol._view import _command
 
 LOOKS = [
@@ -45,6 +48,40 @@ def command_picture(folder, path, options):
     done = subprocess.run(words, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     return np.asarray(pil.open(folder / "picture.png"))
+
+
+def test_ctrl_c_frees_the_colours(monkeypatch):
+    """Ctrl-C at the end of the call that makes the colours: they are freed."""
+    freed, functions = [], dict(_abi.functions)
+
+    def create(*arguments):
+        code = functions["colours_create"](*arguments)
+        signal.raise_signal(signal.SIGINT)
+        return code
+
+    def free(pointer):
+        freed.append(pointer)
+        functions["colours_free"](pointer)
+
+    with compressed(samples()[..., :3]) as colours:
+        monkeypatch.setitem(_abi.functions, "colours_create", create)
+        monkeypatch.setitem(_abi.functions, "colours_free", free)
+        with pytest.raises(KeyboardInterrupt):
+            colours.render(size=16)
+        gc.collect()
+        assert len(freed) == 1 and freed[0]
+
+
+def test_windows_that_change():
+    """window may be an array, and a list that the caller changes between two pictures."""
+    with compressed(samples()[..., :3]) as colours:
+        first, second = (colours.render(size=48, window=w) for w in ((20, 180), (0, 90)))
+        assert not np.array_equal(first, second)
+        for window in (np.array([20, 180]), [20, 180]):
+            assert np.array_equal(colours.render(size=48, window=window), first)
+            assert np.array_equal(colours.render(size=48, window=window), first)
+            window[:] = (0, 90)
+            assert np.array_equal(colours.render(size=48, window=window), second)
 
 
 @pytest.mark.parametrize("count", [3, 4])

@@ -105,6 +105,17 @@ def test_plain_arrays(tmp_path, small):
         assert v.dtype == (np.int32 if name == "c" else np.int16)
 
 
+def test_groups_with_attributes_only(tmp_path, small):
+    """A folder with .zattrs and without .zgroup, whose codec only Python has."""
+    name = tmp_path / "image.ome.zarr"
+    ome_zarr.write(name, cvol.compress(small, lossless=True, spacing=(3, 2, 1)), compressor=zarr.LZMA())
+    with_group = cvol.open(name)
+    (name / ".zgroup").unlink()
+    v = cvol.open(name)
+    assert np.array_equal(v, small) and v.geometry == with_group.geometry and v.spacing == (3, 2, 1)
+    assert np.array_equal(cvol.read(name)[0], small)
+
+
 def test_what_is_wrong(tmp_path, image):
     def check(text, kind=cvol.FormatError):
         with pytest.raises(kind, match=text):

@@ -1,11 +1,13 @@
 """Pictures: shape, type and content; renderers keep their state."""
 
+import signal
 import struct
 import zlib
 
 import cvol
 import numpy as np
 import pytest
+from cvol import _abi
 
 
 def test_shapes(volume):
@@ -99,6 +101,53 @@ def test_renderer(volume):
         with cvol.options(threads=1):
             assert np.array_equal(renderer.render(30, 20, size=64), first)
     assert "auto" in cvol.transfer_names() and "ct-bone" in cvol.transfer_names()
+
+
+@pytest.mark.parametrize("name, before, after, transfer", [
+    ("window", (0, 300), (0, 900), "auto"), ("rescale", (1, 0), (3, -300), "ct-bone"),
+])  # fmt: skip
+def test_pairs_of_numbers(volume, name, before, after, transfer):
+    """window and rescale may be arrays, and lists that the caller changes between two pictures."""
+    first, second = (volume.render(30, 20, size=48, transfer=transfer, **{name: p}) for p in (before, after))
+    assert not np.array_equal(first, second)
+    with cvol.Renderer(volume) as renderer:
+        for given in (np.array(before), list(before)):
+            for _ in range(2):
+                picture = renderer.render(30, 20, size=48, transfer=transfer, **{name: given})
+                assert np.array_equal(picture, first)
+            given[:] = after
+            assert np.array_equal(renderer.render(30, 20, size=48, transfer=transfer, **{name: given}), second)
+        assert np.array_equal(renderer.transfer_points(transfer, **{name: np.array(before)}),
+                              renderer.transfer_points(transfer, **{name: before}))  # fmt: skip
+        with pytest.raises(ValueError, match=f"{name} is .* must be 2 finite numbers"):
+            renderer.render(size=16, transfer=transfer, **{name: (1, 2, 3)})
+
+
+def test_points_that_change(volume):
+    points = [[0, 0, 0, 0, 0], [500, 1, 1, 1, 1]]
+    with cvol.Renderer(volume) as renderer:
+        first = renderer.render(30, 20, size=48, transfer=points)
+        with pytest.raises(ValueError, match="must have"):  # the same bytes in another shape
+            renderer.render(30, 20, size=48, transfer=sum(points, []))
+        points[1][1:4] = (1, 0, 0)
+        assert not np.array_equal(renderer.render(30, 20, size=48, transfer=points), first)
+
+
+def test_ctrl_c_while_the_transfer_function_is_set(volume, monkeypatch):
+    """The next picture has the transfer function that it asks for, not that of the call that was stopped."""
+    set_transfer = _abi.functions["renderer_set_transfer"]
+
+    def interrupted(*arguments):
+        code = set_transfer(*arguments)
+        signal.raise_signal(signal.SIGINT)
+        return code
+
+    with cvol.Renderer(volume) as renderer:
+        first = renderer.render(30, 20, size=48, window=(0, 300))
+        with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+            patch.setitem(_abi.functions, "renderer_set_transfer", interrupted)
+            renderer.render(30, 20, size=48, window=(0, 900))
+        assert np.array_equal(renderer.render(30, 20, size=48, window=(0, 300)), first)
 
 
 def test_default_look(volume, array):

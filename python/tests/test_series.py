@@ -1,6 +1,7 @@
 """Files of several volumes: writing, listing, and reading single volumes."""
 
 import os
+import signal
 
 import cvol
 import numpy as np
@@ -51,6 +52,31 @@ def test_generators_and_what_is_wrong(tmp_path):
     assert cvol.contents(single).times == 1 and cvol.contents(single).file_bytes == ((single.stat().st_size,),)
     with pytest.raises(cvol.ArgumentError, match="has one time, number 0; number 1"):
         cvol.open(single, time=1)
+
+
+@pytest.mark.parametrize("where", ["the generator", "the compression"])
+def test_ctrl_c(tmp_path, where):
+    """Ctrl-C stops the code of a generator at once, and its compression at the next report."""
+    before, made, reports, passed = signal.getsignal(signal.SIGINT), [], [], []
+
+    def report(what, share):
+        reports.append(share)
+        if where == "the compression" and len(reports) == 1:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    def volumes():
+        for samples in arrays():
+            made.append(cvol.compress(samples, psnr=40, progress=report))
+            if where == "the generator":
+                os.kill(os.getpid(), signal.SIGINT)
+            passed.append(1)
+            yield made[-1]
+
+    with pytest.raises(KeyboardInterrupt):
+        cvol.save_series(tmp_path / "run.cvol", volumes(), times=6)
+    assert not passed and os.listdir(tmp_path) == []
+    assert len(made) == 1 if where == "the generator" else not made and len(reports) == 1
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_arrays_of_four_axes(tmp_path):

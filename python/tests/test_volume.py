@@ -271,6 +271,27 @@ def test_ctrl_c(array):
     assert signal.getsignal(signal.SIGINT) is before
 
 
+def test_ctrl_c_in_nested_calls(array):
+    """A callback compresses: Ctrl-C stops that compression at its next report, not at its end."""
+    before = signal.getsignal(signal.SIGINT)
+    reports = {"inner": 0, "outer": 0}
+
+    def inner(what, share):
+        reports["inner"] += 1
+        if reports["inner"] == 1:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    def outer(what, share):
+        reports["outer"] += 1
+        cvol.compress(array, effort="fast", progress=inner)
+
+    with pytest.raises(KeyboardInterrupt):
+        cvol.compress(array, effort="fast", progress=outer)
+    assert reports == {"inner": 1, "outer": 1}
+    assert signal.getsignal(signal.SIGINT) is before
+    cvol.compress(array, effort="fast")  # no flag remains
+
+
 def test_threads(path):
     """Several threads slice while one closes the volume."""
     v = cvol.open(path)

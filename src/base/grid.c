@@ -119,6 +119,9 @@ int cvol_grid_check_within(cvol_context *context, const cvol_grid *grid, const c
         return cvol_fail(context, CVOL_ERROR_FORMAT,
                          "%s: value scale %g or offset %g is not finite", name, grid->value_scale,
                          grid->value_offset);
+    if (!(fabs(grid->value_scale) > 0))
+        return cvol_fail(context, CVOL_ERROR_FORMAT,
+                         "%s: value scale is 0, must be positive or negative", name);
     return CVOL_OK;
 }
 

@@ -463,6 +463,10 @@ static void invalid_headers_are_refused(void **state)
     assert_int_not_equal(overwrite_f64(SPACING_AT, 0), CVOL_OK);
     assert_int_not_equal(overwrite_f64(SPACING_AT, (double)NAN), CVOL_OK);
     assert_int_not_equal(overwrite(UNIT_AT, "0123456789abcdef", 16), CVOL_OK);
+    assert_int_not_equal(overwrite_f64(UNIT_AT + 16, (double)NAN), CVOL_OK);
+    assert_int_equal(overwrite_f64(UNIT_AT + 16, -2), CVOL_OK);
+    assert_int_equal(overwrite_f64(UNIT_AT + 16, 0), CVOL_ERROR_FORMAT);
+    assert_non_null(strstr(cvol_context_message(context), "value scale is 0, must be positive or"));
     assert_int_equal(overwrite_f64(ERRS_AT, (double)NAN), CVOL_ERROR_CORRUPT);
     for (size_t at = ERRS_AT + 8; at < MEASURED_AT; at += 8) {
         assert_int_equal(overwrite_f64(at, -1), CVOL_ERROR_CORRUPT);

@@ -2,12 +2,19 @@
  * on the original samples, in double precision; messages; memory of the application.
  * usage: anari_client FILE.cvol SAMPLES.raw NX NY NZ [PICTURE.ppm]     a volume of uint8
  * ANARI_LIBRARY names the library, and LD_LIBRARY_PATH has its folder. */
+#define _GNU_SOURCE
 #include <anari/anari.h>
 
+#include <dlfcn.h>
+#include <errno.h>
 #include <math.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 static int failures;
 
@@ -656,6 +663,127 @@ static void check_order(ANARIDevice d, float distance)
     EXPECT(messages == 0);
 }
 
+/* ---- failures -------------------------------------------------------------------------------- */
+
+static int no_threads; /* as if a limit of threads were reached */
+
+int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*run)(void *),
+                   void *user)
+{
+    static int (*create)(pthread_t *, const pthread_attr_t *, void *(*)(void *), void *);
+    if (no_threads)
+        return EAGAIN;
+    if (!create)
+        *(void **)&create = dlsym(RTLD_NEXT, "pthread_create");
+    return create(thread, attributes, run, user);
+}
+
+/* Without a thread there is a message, the last picture stays, and waiting ends. */
+static void check_threads(ANARIDevice d)
+{
+    volume_of_test v = make_volume();
+    const view_of_test c = {0, 8, 8, {20, -45, 40}, {0, 1, 0}, {0, 0, 1}, 0.9f, 0, 1, {0, 0, 1, 1}};
+    ANARISpatialField field = make_field(d, &v, ANARI_FLOAT32);
+    ANARIVolume volume = make_anari_volume(d, field);
+    ANARIWorld world = make_world(d, volume, NULL);
+    ANARIFrame frame = make_frame(d, world, &c, "default", ANARI_UFIXED8_VEC4);
+    uint32_t size[2];
+    for (int last = 0; last < 2; last++) {
+        no_threads = 1;
+        anariRenderFrame(d, frame);
+        no_threads = 0;
+        EXPECT(was_told("frame: cannot start a thread that draws"));
+        EXPECT(anariFrameReady(d, frame, ANARI_WAIT) == 1);
+        ANARIDataType type;
+        EXPECT(last == (anariMapFrame(d, frame, "channel.color", &size[0], &size[1], &type) != 0));
+        EXPECT(draw(d, frame, "channel.color", size));
+    }
+    anariRelease(d, frame);
+    anariRelease(d, world);
+    anariRelease(d, volume);
+    anariRelease(d, field);
+    free(v.samples);
+}
+
+/* The application gives away an array that the device has no memory to copy: it says so. Memory
+ * with a deleter stays until the array is freed. */
+static void check_large_memory(ANARIDevice d)
+{
+    const size_t bytes = sizeof(float) * 512 * 256 * 256;
+    void *samples = mmap(NULL, bytes, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1,
+                         0);
+    EXPECT(samples != MAP_FAILED);
+    for (int has_deleter = 0; has_deleter < 2; has_deleter++) {
+        ANARISpatialField field = anariNewSpatialField(d, "structuredRegular");
+        ANARIArray3D data = anariNewArray3D(d, samples, has_deleter ? delete_samples : NULL,
+                                            &deleted, ANARI_FLOAT32, 512, 256, 256);
+        anariSetParameter(d, field, "data", ANARI_ARRAY3D, &data);
+        unsigned long pages = 0;
+        FILE *file = fopen("/proc/self/statm", "r");
+        EXPECT(file && fscanf(file, "%lu", &pages) == 1);
+        if (file)
+            fclose(file);
+        struct rlimit before, less;
+        getrlimit(RLIMIT_AS, &before);
+        less = before;
+        less.rlim_cur = pages * (rlim_t)sysconf(_SC_PAGESIZE) + bytes / 2;
+        setrlimit(RLIMIT_AS, &less);
+        deleted = 0;
+        anariRelease(d, data);
+        setrlimit(RLIMIT_AS, &before);
+        EXPECT(deleted == 0);
+        if (has_deleter)
+            EXPECT(messages == 0);
+        else {
+            EXPECT(was_told("no memory for a copy of what the application shared"));
+            anariCommitParameters(d, field);
+            EXPECT(was_told("data: axis x has 0 samples"));
+        }
+        anariRelease(d, field);
+        EXPECT(deleted == has_deleter);
+    }
+    munmap(samples, bytes);
+}
+
+/* Devices of several threads list parameters at the same time. */
+static pthread_barrier_t start;
+
+static void *list_parameters(void *user)
+{
+    ANARIDevice d = user;
+    void *wrong = NULL;
+    pthread_barrier_wait(&start);
+    for (int i = 0; i < 20000; i++) {
+        char subtype[40];
+        snprintf(subtype, sizeof subtype, "%d of %p", i, i % 2 ? user : NULL);
+        const ANARIParameter *p = anariGetObjectInfo(d, ANARI_CAMERA, subtype, "parameter",
+                                                     ANARI_PARAMETER_LIST);
+        if (!p || strcmp(p->name, "name"))
+            wrong = user;
+    }
+    return wrong;
+}
+
+static void check_devices(ANARILibrary library)
+{
+    enum { DEVICES = 4 };
+    ANARIDevice devices[DEVICES];
+    pthread_t threads[DEVICES];
+    pthread_barrier_init(&start, NULL, DEVICES);
+    for (int i = 0; i < DEVICES; i++) {
+        devices[i] = anariNewDevice(library, "default");
+        EXPECT(!pthread_create(&threads[i], NULL, list_parameters, devices[i]));
+    }
+    for (int i = 0; i < DEVICES; i++) {
+        void *wrong = devices[i];
+        EXPECT(!pthread_join(threads[i], &wrong) && !wrong);
+        anariRelease(devices[i], devices[i]);
+    }
+    pthread_barrier_destroy(&start);
+}
+
+/* ---- files ----------------------------------------------------------------------------------- */
+
 static void write_picture(const char *path, const uint8_t *rgba, const uint32_t size[2])
 {
     FILE *file = fopen(path, "wb");
@@ -774,6 +902,9 @@ int main(int argc, char **argv)
     check_frames(d);
     check_order(d, 20);
     check_order(d, 6);
+    check_threads(d);
+    check_large_memory(d);
+    check_devices(library);
     check_file(d, argv + 1, argc > 6 ? argv[6] : NULL);
     anariRelease(d, d);
     anariUnloadLibrary(library);

@@ -69,6 +69,30 @@ static void test_meta_types(void **state)
     }
 }
 
+static void check_scale(const char *lines, double scale, double offset)
+{
+    char text[300];
+    snprintf(text, sizeof text, META "DimSize = 2 3 2\nElementType = MET_UCHAR\n%s%s", lines,
+             "ElementDataFile = LOCAL\n");
+    cvol_volume *v = read_ok(meta(text, 12));
+    assert_true(v->grid.value_scale == scale && v->grid.value_offset == offset);
+    cvol_volume_free(v);
+}
+
+/* A slope of 0 means samples without scaling, as in NIfTI. */
+static void test_meta_scales(void **state)
+{
+    (void)state;
+#define SLOPE "ElementToIntensityFunctionSlope = "
+#define INTERCEPT "ElementToIntensityFunctionOffset = "
+    check_scale("", 1, 0);
+    check_scale(SLOPE "0.5\n" INTERCEPT "-1024\n", 0.5, -1024);
+    check_scale(INTERCEPT "3\n" SLOPE "-2\n", -2, 3);
+    check_scale(INTERCEPT "3\n", 1, 3);
+    check_scale(SLOPE "0\n" INTERCEPT "-1024\n", 1, 0);
+    check_scale(SLOPE "-0.0\n", 1, 0);
+}
+
 static void test_meta_detached(void **state)
 {
     (void)state;
@@ -152,6 +176,10 @@ static void test_meta_lies(void **state)
                CVOL_ERROR_FORMAT, "TransformMatrix has 8 values", "9");
     read_fails(MHA(12, "2 3 2", "MET_UCHAR", "TransformMatrix = 1 0 0 0 1 0 0 0 0\n"),
                CVOL_ERROR_FORMAT, "TransformMatrix", "length");
+    read_fails(MHA(12, "2 3 2", "MET_UCHAR", SLOPE "1 2\n"), CVOL_ERROR_FORMAT,
+               "Slope has 2 values, the needed number is 1", "");
+    read_fails(MHA(12, "2 3 2", "MET_UCHAR", SLOPE "inf\n"), CVOL_ERROR_FORMAT, "value scale inf",
+               "not finite");
     read_fails(MHA(12, "2 3 2", "MET_UCHAR", "DimSize = 2 3 2\n"), CVOL_ERROR_FORMAT,
                "'DimSize' twice", "");
     read_fails(MHA(12, "2 3 2", "MET_UCHAR", "nonsense\n"), CVOL_ERROR_FORMAT, "line 5",
@@ -174,9 +202,8 @@ static void test_meta_lies(void **state)
 int main(void)
 {
     const struct CMUnitTest reading[] = {
-        cmocka_unit_test(test_meta_plain),
-        cmocka_unit_test(test_meta_types),
-        cmocka_unit_test(test_meta_detached),
+        cmocka_unit_test(test_meta_plain),  cmocka_unit_test(test_meta_types),
+        cmocka_unit_test(test_meta_scales), cmocka_unit_test(test_meta_detached),
         cmocka_unit_test(test_meta_lies),
     };
     return cmocka_run_group_tests(reading, files_setup, files_teardown) != 0;

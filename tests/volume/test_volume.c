@@ -25,6 +25,11 @@ static void test_create(void **state)
     grid.dims[1] = 0;
     assert_int_equal(cvol_volume_create(context, &volume, &grid), CVOL_ERROR_ARGUMENT);
     assert_null(volume);
+    grid.dims[1] = 2;
+    grid.value_scale = 0;
+    assert_int_equal(cvol_volume_create(context, &volume, &grid), CVOL_ERROR_ARGUMENT);
+    assert_string_equal(cvol_context_message(context),
+                        "volume: value scale is 0, must be positive or negative");
     grid = cvol_grid_make(SIZE_MAX / 2, SIZE_MAX / 2, 9, CVOL_FLOAT64);
     assert_int_equal(cvol_volume_create(context, &volume, &grid), CVOL_ERROR_LIMIT);
 }

@@ -207,10 +207,9 @@ static int read_points(point_list *list, const char *path, const cvol_array_info
 static int print_values(const point_list *list, const float *values, const cvol_grid *grid,
                         int rank, int json)
 {
-    const double scale = fabs(grid->value_scale) > 0 ? grid->value_scale : 1;
     json_t *array = json ? json_array() : NULL;
     for (size_t i = 0; i < list->count; i++) {
-        const double value = scale * (double)values[i] + grid->value_offset;
+        const double value = grid->value_scale * (double)values[i] + grid->value_offset;
         if (json) {
             json_array_append_new(array, json_number(value));
             continue;

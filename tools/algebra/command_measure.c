@@ -41,7 +41,7 @@ typedef struct measured {
 static void store_range(double *least, double *largest, const measure_arguments *a,
                         const cvol_grid *grid)
 {
-    const double scale = fabs(grid->value_scale) > 0 ? grid->value_scale : 1;
+    const double scale = grid->value_scale;
     const double from = a->above_given ? (a->above - grid->value_offset) / scale
                         : scale > 0    ? -(double)INFINITY
                                        : (double)INFINITY,
@@ -70,7 +70,7 @@ static int find_box(size_t begin[3], size_t end[3], const measure_arguments *a,
 static void convert(measured *m, const cvol_grid *grid)
 {
     const cvol_region_statistics s = m->statistics;
-    const double scale = fabs(grid->value_scale) > 0 ? grid->value_scale : 1;
+    const double scale = grid->value_scale;
     m->cell = grid->spacing[0] * grid->spacing[1] * grid->spacing[2];
     m->is_assumed = !*grid->unit && grid->space != CVOL_SPACE_UNKNOWN;
     m->unit = m->is_assumed ? "mm" : grid->unit;

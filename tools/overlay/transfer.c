@@ -174,7 +174,7 @@ int overlay_create_transfers(cvol_context *context, cvol_transfer **colours, cvo
 void overlay_get_rescale(double rescale[2], const overlay_source *source)
 {
     const cvol_grid *grid = &source->grid;
-    rescale[0] = fabs(grid->value_scale) > 0 ? grid->value_scale : 1;
+    rescale[0] = grid->value_scale;
     rescale[1] = grid->value_offset;
 }
 

@@ -103,8 +103,7 @@ static json_t *describe_region(const cvol_region_statistics *s, const measuremen
 {
     const shown_volume *v = m->volume;
     const int known = fabs(v->rescale[0]) > 0;
-    const double stated = fabs(v->grid.value_scale) > 0 ? v->grid.value_scale : 1;
-    const double scale = known ? v->rescale[0] : stated, size = fabs(scale);
+    const double scale = known ? v->rescale[0] : v->grid.value_scale, size = fabs(scale);
     const double offset = known ? v->rescale[1] : v->grid.value_offset;
     const int is_turned = scale < 0; /* the least sample has the largest value */
     const double ends[2] = {is_turned ? s->largest : s->least, is_turned ? s->least : s->largest};

@@ -211,10 +211,15 @@ static int read_directions(meta *m)
 static int read_value_scale(meta *m)
 {
     static const char one[] = "the needed number";
-    const int code = cvol_text_header_numbers(&m->header, VALUE_SLOPE, &m->grid.value_scale, 1,
-                                              one);
-    return code ? code
-                : cvol_text_header_numbers(&m->header, VALUE_OFFSET, &m->grid.value_offset, 1, one);
+    double slope = 1, offset = 0;
+    int code = cvol_text_header_numbers(&m->header, VALUE_SLOPE, &slope, 1, one);
+    if (!code)
+        code = cvol_text_header_numbers(&m->header, VALUE_OFFSET, &offset, 1, one);
+    if (!code && slope != 0) { /* else samples need no scaling */
+        m->grid.value_scale = slope;
+        m->grid.value_offset = offset;
+    }
+    return code;
 }
 
 static int read_grid(meta *m)
