@@ -33,6 +33,9 @@ void answer_header(answer *a, const char *name, const char *value);
 void answer_header_json(answer *a, const char *name, json_t *object);
 /* The finite number, or null. */
 json_t *answer_number(double value);
+/* The text, or null for NULL; if it is not UTF-8, with '?' for bytes that are not ASCII. NULL: no
+ * memory. */
+json_t *answer_text(const char *text);
 /* Frees the content and headers. */
 void answer_free(answer *a);
 

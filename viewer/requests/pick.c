@@ -144,7 +144,7 @@ static void put_label(json_t *object, const shown_volume *v, const double place[
     if (!label)
         return;
     json_object_set_new(object, "value", json_integer(label));
-    json_object_set_new(object, "label", name ? json_string(name) : json_null());
+    json_object_set_new(object, "label", answer_text(name));
 }
 
 static answer run(job *j, cvol_context *context, void *state)

@@ -94,9 +94,9 @@ json_t *samples_describe(cvol_context *context, const shown_volume *v, const dou
         return NULL;
     const int known = fabs(v->rescale[0]) > 0;
     const char *label = labels_name(v, *value);
-    json_t *object = json_pack("{s:o, s:o, s:s?, s:o}", "value", answer_number(*value), "meaning",
+    json_t *object = json_pack("{s:o, s:o, s:o, s:o}", "value", answer_number(*value), "meaning",
                                answer_number(known ? v->rescale[0] * *value + v->rescale[1] : NAN),
-                               "label", label, "world", world_of(&v->grid, place));
+                               "label", answer_text(label), "world", world_of(&v->grid, place));
     free(value);
     json_object_set_new(object, "overlays", overlays_describe_place(context, v, place, 0));
     return object;
