@@ -52,6 +52,19 @@ answer answer_error(int status, const char *format, ...)
     return answer_json(status, json_pack("{s:o}", "error", answer_text(message)));
 }
 
+const char *answer_message(const cvol_context *context, int code)
+{
+    const char *message = cvol_context_message(context);
+    return code == CVOL_ERROR_MEMORY && !strstr(message, "memory") ? "not enough memory" : message;
+}
+
+answer answer_failure(const cvol_context *context, int code)
+{
+    const int theirs = code == CVOL_ERROR_ARGUMENT || code == CVOL_ERROR_TARGET ||
+                       code == CVOL_ERROR_UNSUPPORTED || code == CVOL_ERROR_FORMAT;
+    return answer_error(theirs ? 400 : 500, "%s", answer_message(context, code));
+}
+
 answer answer_bytes(const char *type, void *bytes, size_t size, void (*release)(void *))
 {
     return (answer){200, type, bytes, size, release, 0, {NULL}, {NULL}, 0};

@@ -102,7 +102,20 @@ static int share_cores(const jobs *all, const job *j)
     return share > 1 ? share : 1;
 }
 
-static void run_job(jobs *all, cvol_context *context, job *j)
+/* Each job has its own context, so that it cannot report the failure of another. */
+static answer run_in_context(job *j)
+{
+    cvol_context *context = cvol_context_create();
+    if (!context)
+        return answer_error(500, "not enough memory for a context");
+    cvol_context_set_threads(context, j->threads);
+    cvol_context_set_progress(context, is_cancelled, j);
+    const answer a = j->run(j, context, j->state);
+    cvol_context_free(context);
+    return a;
+}
+
+static void run_job(jobs *all, job *j)
 {
     all->running[j->large]++;
     j->threads = share_cores(all, j);
@@ -116,9 +129,7 @@ static void run_job(jobs *all, cvol_context *context, job *j)
         all->served_at = all->served;
     }
     pthread_mutex_unlock(&all->lock);
-    cvol_context_set_threads(context, j->threads);
-    cvol_context_set_progress(context, is_cancelled, j);
-    const answer a = j->run(j, context, j->state);
+    const answer a = run_in_context(j);
     pthread_mutex_lock(&all->lock);
     all->running[j->large]--;
     all->cancelled += j->cancelled != 0;
@@ -138,22 +149,15 @@ static void *work(void *argument)
     pthread_mutex_unlock(&all->lock);
     if (large)
         lower_thread_priority();
-    cvol_context *context = cvol_context_create();
     pthread_mutex_lock(&all->lock);
     while (!all->closing) {
         job *j = take_next(all, large);
-        if (!j)
+        if (j)
+            run_job(all, j);
+        else
             pthread_cond_wait(&all->wake, &all->lock);
-        else if (context)
-            run_job(all, context, j);
-        else {
-            pthread_mutex_unlock(&all->lock);
-            end_job(j, answer_error(500, "not enough memory for a context"));
-            pthread_mutex_lock(&all->lock);
-        }
     }
     pthread_mutex_unlock(&all->lock);
-    cvol_context_free(context);
     return NULL;
 }
 
@@ -273,9 +277,7 @@ answer jobs_failed(const job *j, const cvol_context *context, int code)
         return answer_error(503, "the viewer is ending");
     if (code == CVOL_ERROR_CANCELLED)
         return answer_error(409, "replaced by a newer request of this viewer");
-    const int theirs = code == CVOL_ERROR_ARGUMENT || code == CVOL_ERROR_TARGET ||
-                       code == CVOL_ERROR_UNSUPPORTED || code == CVOL_ERROR_FORMAT;
-    return answer_error(theirs ? 400 : 500, "%s", cvol_context_message(context));
+    return answer_failure(context, code);
 }
 
 json_t *jobs_describe(jobs *all)

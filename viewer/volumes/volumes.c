@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "viewer/base/answer.h"
 #include "viewer/base/background.h"
 #include "viewer/base/priority.h"
 #include "viewer/volumes/overlays.h"
@@ -57,7 +58,7 @@ static void make(shown_volume *v, const viewer_options *options)
         cvol_context_set_progress(context, on_progress, v);
         code = v->parent ? volume_make_copy(context, v, options) : volume_read(context, v, options);
     }
-    char *message = code ? strdup(context ? cvol_context_message(context) : "not enough memory")
+    char *message = code ? strdup(context ? answer_message(context, code) : "not enough memory")
                          : NULL;
     pthread_mutex_lock(&v->all->lock);
     v->error = message;
