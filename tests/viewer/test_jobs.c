@@ -115,8 +115,92 @@ static void test_messages(void **state)
     jobs_free(all);
 }
 
+/* ---- limits ---------------------------------------------------------------------------------- */
+
+enum { THREADS = 2 }; /* for small jobs */
+
+static answer succeed(cvol_context *context, const job *j)
+{
+    (void)context;
+    return j->cancelled ? answer_error(409, "cancelled")
+                        : answer_json(200, json_pack("{s:b}", "done", 1));
+}
+
+static asked *make(jobs *all, size_t count)
+{
+    asked *list = calloc(count, sizeof *list);
+    assert_non_null(all);
+    assert_non_null(list);
+    for (size_t i = 0; i < count; i++)
+        list[i] = (asked){.all = all, .run = succeed};
+    return list;
+}
+
+static void finish(asked *list, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        set(&list[i].released);
+    for (size_t i = 0; i < count; i++)
+        check_answer(&list[i], 200, "done");
+}
+
+/* Viewers whose job waits keep their place, whenever their last request was. */
+static void test_too_many_viewers(void **state)
+{
+    (void)state;
+    jobs *all = jobs_open(THREADS);
+    asked *list = make(all, THREADS + VIEWERS_MAX), refused = {.all = all, .run = succeed};
+    char name[16];
+    jobs_set_forget_ms(all, -1);
+    for (int i = 0; i < THREADS; i++) {
+        add(&list[i], "", 0);
+        wait_for(&list[i].begun);
+    }
+    for (int i = 0; i < VIEWERS_MAX; i++) {
+        snprintf(name, sizeof name, "v%d", i);
+        add(&list[THREADS + i], name, 0);
+    }
+    add(&refused, "another", 0);
+    check_answer(&refused, 429, "viewers");
+    finish(list, THREADS + VIEWERS_MAX);
+    asked last = {.all = all, .run = succeed, .released = 1};
+    add(&last, "another", 0); /* replaces an idle one */
+    check_answer(&last, 200, "done");
+    jobs_free(all);
+    free(list);
+}
+
+/* A request that is refused cancels nothing; one that replaces a waiting one is not refused. */
+static void test_too_many_jobs(void **state)
+{
+    (void)state;
+    jobs *all = jobs_open(THREADS);
+    asked *list = make(all, THREADS + WAITING_MAX), refused = {.all = all, .run = succeed};
+    asked newer = refused;
+    for (int i = 0; i < THREADS; i++) {
+        add(&list[i], i ? "" : "drawing", 0);
+        wait_for(&list[i].begun);
+    }
+    add(&list[THREADS], "waiting", 0);
+    for (int i = 1; i < WAITING_MAX; i++)
+        add(&list[THREADS + i], "", 0);
+    add(&refused, "drawing", 0);
+    check_answer(&refused, 429, "requests are waiting");
+    add(&newer, "waiting", 0);
+    check_answer(&list[THREADS], 409, "replaced");
+    list[THREADS].answer.status = 0;
+    set(&newer.released);
+    finish(list, THREADS);
+    check_answer(&newer, 200, "done");
+    finish(list + THREADS + 1, WAITING_MAX - 1);
+    jobs_free(all);
+    free(list);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_messages)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_messages),
+                                       cmocka_unit_test(test_too_many_viewers),
+                                       cmocka_unit_test(test_too_many_jobs)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
