@@ -301,7 +301,7 @@ json_t *jobs_describe(jobs *all)
     for (int i = 0; i < all->stream_count; i++)
         viewers += now - all->streams[i]->seen_ms < all->forget_ms;
     json_t *object = json_pack("{s:i, s:i, s:I, s:I}", "viewers", viewers, "waiting", all->waiting,
-                               "frames", (json_int_t)all->served, "cancelled",
+                               "jobs", (json_int_t)all->served, "cancelled",
                                (json_int_t)all->cancelled);
     pthread_mutex_unlock(&all->lock);
     return object;

@@ -52,7 +52,7 @@ void jobs_add(jobs *all, const job *j);
 /* For tests: a viewer without requests for this time makes room for others when there are too many.
  */
 void jobs_set_forget_ms(jobs *all, double forget_ms);
-/* {"viewers", "waiting", "frames", "cancelled"}: a new object. "frames": the number of jobs that were
+/* {"viewers", "waiting", "jobs", "cancelled"}: a new object. "jobs": the number of those that were
  * begun. */
 json_t *jobs_describe(jobs *all);
 /* Milliseconds of a monotonic clock. */
