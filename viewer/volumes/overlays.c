@@ -391,12 +391,6 @@ static json_t *describe_values(const viewer_overlay *given, const overlay_choice
                                         : json_null());
 }
 
-static const char *last_name(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    return slash && slash[1] ? slash + 1 : path;
-}
-
 json_t *overlays_describe(const shown_volume *v)
 {
     const shown_volume *owner = overlays_owner(v);
@@ -406,7 +400,7 @@ json_t *overlays_describe(const shown_volume *v)
         const overlay_choice choice = overlays_first_choice(v, i);
         json_array_append_new(list,
                               json_pack("{s:o, s:o, s:f, s:f, s:o, s:o}", "name",
-                                        answer_text(last_name(given->source->path)), "path",
+                                        answer_text(volume_last_name(given->source->path)), "path",
                                         answer_text(given->source->path), "opacity", choice.opacity,
                                         "depth", choice.depth, "labels", describe_labels(given),
                                         "values", describe_values(given, &choice)));

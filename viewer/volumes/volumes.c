@@ -169,7 +169,7 @@ static void free_volume(shown_volume *v)
     free(v);
 }
 
-static const char *last_name(const char *path)
+const char *volume_last_name(const char *path)
 {
     size_t end = strlen(path);
     while (end && path[end - 1] == '/')
@@ -192,7 +192,7 @@ static shown_volume *new_volume(volumes *all, const char *path, const char *name
     v->path = strdup(path);
     v->name = strdup(name);
     if (v->path && v->name) {
-        v->file = last_name(v->path);
+        v->file = volume_last_name(v->path);
         return v;
     }
     free_volume(v);
@@ -245,7 +245,8 @@ volumes *volumes_open(const viewer_options *options)
     all->colours = colours_open();
     for (int i = 0; i < options->volume_count; i++) {
         const viewer_volume *one = &options->volumes[i];
-        shown_volume *v = new_volume(all, one->path, one->name ? one->name : last_name(one->path));
+        shown_volume *v = new_volume(all, one->path,
+                                     one->name ? one->name : volume_last_name(one->path));
         if (!v)
             break;
         v->read = one->read;
