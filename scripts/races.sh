@@ -7,7 +7,7 @@
 set -eu
 folder=$1
 jobs=$2
-tests=${3:-'^(test_(bricks|series|picture|blocks|convolve_whole|multiply_whole|multiply_low|evaluate_whole|volume_stream|neural|fft|compress|team|lapped|fourier|spectral|refine|render_exact|renderer|light_bound|certify)|test_(sheet|splat|ray|shade).*|viewer_api_.*)$'}
+tests=${3:-'^(test_(bricks|series|picture|blocks|convolve_whole|multiply_whole|multiply_low|evaluate_whole|volume_stream|neural|fft|compress|team|jobs|lapped|fourier|spectral|refine|render_exact|renderer|light_bound|certify)|test_(sheet|splat|ray|shade).*|viewer_api_.*)$'}
 cd "$(dirname "$0")/.."
 for tool in clang python3; do
     command -v $tool >/dev/null || {

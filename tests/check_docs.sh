@@ -7,7 +7,7 @@
 # A block of output (```text) must agree, number by number (check_figures.py), with the output of the last command
 # before it for the whole scan. To save time the other blocks and the demo use a scan of the same size that is empty
 # above its lowest 80 slices. Other measured figures of README.md, guide.md and pictures.md must be in a
-# section that names the program in bench/ that measures them.
+# section that names the program in bench/ that measures them. Links between documents must lead to existing headings.
 # usage: tests/check_docs.sh SOURCE_FOLDER CVOL LIBRARY_SO COMPILER [DOCUMENT...]
 set -eu
 source=$(cd "$1" && pwd)
@@ -57,6 +57,7 @@ mv empty.nii.gz samples/ch2better.nii.gz
 "$python" "$source/tests/make_standins.py"
 for name in head tooth; do cvol compress $name.nrrd $name.cvol >output; done
 ln -s "$source/bench" bench
+"$python" "$source/tests/check_links.py" "$source"
 for document in README.md doc/guide.md doc/pictures.md; do
     "$python" "$source/tests/check_figures.py" prose "$source/$document"
 done

@@ -23,9 +23,7 @@ int run_in_background(void *(*run)(void *), void *argument)
 answer jobs_failed(const job *j, const cvol_context *context, int code)
 {
     (void)j;
-    const int theirs = code == CVOL_ERROR_ARGUMENT || code == CVOL_ERROR_TARGET ||
-                       code == CVOL_ERROR_UNSUPPORTED || code == CVOL_ERROR_FORMAT;
-    return answer_error(theirs ? 400 : 500, "%s", cvol_context_message(context));
+    return answer_failure(context, code);
 }
 
 answer request_later(request *r, const char *who, int64_t sequence, int large,

@@ -65,8 +65,8 @@ static inline cvol_read_options cvol_read_options_defaults(void)
  * grid of OpenVDB ("FILE.vdb:NAME": the box of its active voxels), an array of MATLAB 5 to 7.2
  * ("FILE.mat:NAME": A(x, y, z), of the type that the file stores), or raw samples with
  * options->dims and options->type. Integers of 64 bits become int32, uint32 or float64, whichever
- * first holds all exactly; complex numbers become their magnitudes. options may be NULL. The caller
- * frees *out. Cost: one pass over the file; memory for one dense volume.
+ * first holds all exactly; complex64 of NumPy, NIfTI and Analyze becomes its magnitude. options may
+ * be NULL. The caller frees *out. Cost: one pass over the file; memory for one dense volume.
  * Errors: IO, FORMAT, UNSUPPORTED, LIMIT, MEMORY, ARGUMENT, CANCELLED. */
 CVOL_API int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
                               const cvol_read_options *options);

@@ -1,4 +1,4 @@
-/* Names of channels and units of time in files. */
+/* Names of channels and units in files. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -61,6 +61,38 @@ void cvol_labels_set_unit(cvol_labels *labels, const char *text, size_t size)
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (strlen(names[i][0]) == size && !memcmp(names[i][0], text, size))
             memcpy(labels->time_unit, names[i][1], strlen(names[i][1]));
+}
+
+enum { UNIT_BYTES = sizeof((cvol_grid *)0)->unit };
+
+static void take_as_latin(char unit[UNIT_BYTES])
+{
+    char given[UNIT_BYTES];
+    size_t size = 0;
+    memcpy(given, unit, sizeof given);
+    for (size_t i = 0; given[i] && size + 2 < UNIT_BYTES; i++) {
+        const uint8_t c = (uint8_t)given[i];
+        if (c >= 0xa0) {
+            unit[size++] = (char)(0xc0 | c >> 6);
+            unit[size++] = (char)(0x80 | (c & 0x3f));
+        } else {
+            unit[size++] = (char)(c < ' ' || c > '~' ? '?' : c);
+        }
+    }
+    unit[size] = '\0';
+}
+
+void cvol_labels_repair_unit(char unit[UNIT_BYTES])
+{
+    const size_t size = strlen(unit);
+    size_t whole = 0, letter;
+    while (whole < size && (letter = letter_bytes((const uint8_t *)unit + whole, size - whole)) > 0)
+        whole += letter;
+    const int is_cut = size == UNIT_BYTES - 1 && size - whole < 4 && (uint8_t)unit[whole] >= 0xc2;
+    if (is_cut)
+        unit[whole] = '\0';
+    else if (whole < size)
+        take_as_latin(unit);
 }
 
 int cvol_labels_set_colours(cvol_labels *labels, size_t channels)

@@ -80,6 +80,16 @@ sed -n 's/^  \(cvol [a-z]*\) .*/\1/p' "$out" | sort -u >examples
 echo 'cvol compress' >wanted
 expect_same_file wanted examples
 
+# The help names all transfer functions, as the message does.
+expect_done cvol render --help
+cp "$out" help
+make_volume small.raw uint8 8x8x8
+expect_done cvol compress small.raw small.cvol --dims 8x8x8 --type uint8 --psnr 40
+expect_failure 2 'there are: auto ' cvol render small.cvol -o x.png --transfer nothing
+for name in $(sed -n 's/.*there are: //p' "$err"); do
+    sed -n '/^Transfer functions:/,/^$/p' help | tr ' ' '\n' | grep -qxF -- "$name" || fail "must name $name"
+done
+
 expect_done cvol --version
 case $(cat "$out") in
 'cvol '[0-9]*.[0-9]*.[0-9]*) ;;

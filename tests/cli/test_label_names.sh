@@ -220,6 +220,11 @@ no 2 "no sample has the label 'elsewhere'" --labels elsewhere --label-table free
 no 2 "--labels is '1,,2', must be numbers or names" --labels 1,,2
 no 1 'missing.txt: cannot be read' --label-table missing.txt
 no 1 'atlas.cvol, line 1: is no label of' --label-table atlas.cvol
+# a long name is cut between characters, not within one
+name=$(printf '%062d' 7)
+printf '1 255 0 0 1 1 1 "%s\303\251"\n' "$name" >long.txt
+draw labels.nii.gz long.png --label-table long.txt --labels 1 --json
+expect_equal "$(value_of labels.0.name)" "$name"
 echo '# empty' >empty.txt
 no 1 'empty.txt: has no label' --label-table empty.txt
 no 2 '--labels cannot be combined with --transfer' --labels 1 --transfer hot

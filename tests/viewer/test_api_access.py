@@ -356,7 +356,7 @@ class Frames(Test):
         status = shared.get("api/1/status").json
         self.assertGreaterEqual(status["viewers"], 2)
         self.assertEqual(status["waiting"], 0)
-        self.assertGreater(status["frames"], 0)
+        self.assertGreater(status["jobs"], 0)
 
     def test_two_viewers_at_once(self):
         answers = []

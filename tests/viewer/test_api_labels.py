@@ -87,6 +87,22 @@ class Labels(unittest.TestCase):
             labels = other.wait_for("0")["labels"]
         self.assertEqual(labels[1], {"value": ROD, "name": "A rod", "colour": [0, 0, 1]})
 
+    def test_names_that_are_not_utf_8(self):
+        """Answers have '?' in place of other letters, for labels of the volume and of an overlay."""
+        table, segments = (os.path.join(folder.name, name) for name in ("latin.txt", "latin.seg.nrrd"))
+        with open(table, "wb") as file:
+            file.write(f'{ROD} 0 0 255 1 1 1 "A r\xf6d"\n'.encode("latin-1"))
+        with open(os.path.join(folder.name, "labels.seg.nrrd"), "rb") as whole, open(segments, "wb") as file:
+            file.write(whole.read().replace(b"Base plate", b"Base pl\xe4te"))
+        with Viewer(folder.name, "labels.cvol", "--label-table", table, "--overlay", segments) as other:
+            volume = other.wait_for("0")
+            self.assertEqual(volume["labels"][1], {"value": ROD, "name": "A r?d", "colour": [0, 0, 1]})
+            self.assertEqual(volume["overlays"][0]["labels"][0]["name"], "Base pl?te")
+            rod = other.get("volumes/0/value?x=20&y=20&z=5").json
+            self.assertEqual((rod["value"], rod["label"]), (ROD, "A r?d"))
+            self.assertEqual(other.get("volumes/0/value?x=8&y=8&z=10").json["overlays"],
+                             [{"value": PLATE, "label": "Base pl?te"}])
+
     def test_colours_by_value_remain(self):
         """An own transfer function, or another opacity, is by value."""
         volume = self.volumes["labels.cvol"]

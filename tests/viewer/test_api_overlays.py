@@ -69,6 +69,14 @@ def tearDownModule():
 
 
 class Overlays(unittest.TestCase):
+    def test_name_of_a_folder(self):
+        write("plain.nrrd", head_at, SIDE, 4, space="")
+        run(folder.name, "cvol compress plain.nrrd plain.cvol && cvol decompress plain.cvol plain.zarr")
+        path = os.path.join(folder.name, "plain.zarr/")
+        with Viewer(folder.name, "plain.nrrd", "--overlay", path) as viewer:
+            overlay, = viewer.wait_for("0")["overlays"]
+            self.assertEqual((overlay["name"], overlay["path"]), ("plain.zarr/", path))
+
     def as_command(self, viewer, view):
         """The picture of the command line that the viewer names, and that line."""
         command = viewer.post("command", {"view": view}).json["command"]

@@ -60,6 +60,62 @@ def tearDownModule():
     assert viewer.status == 0, f"the viewer ended with {viewer.status}"
 
 
+def checksum(content):
+    """CRC-32C, as in .cvol files."""
+    rest = 0xffffffff
+    for byte in content:
+        rest ^= byte
+        for _ in range(8):
+            rest = rest >> 1 ^ (0x82f63b78 if rest & 1 else 0)
+    return (rest ^ 0xffffffff).to_bytes(4, "little")
+
+
+class Texts(unittest.TestCase):
+    """Units in files need not be UTF-8; answers are."""
+
+    def setUp(self):
+        self.header = (f"NRRD0004\ntype: uint16\ndimension: 3\nsizes: {SIDE} {SIDE} {SIDE}\nencoding: raw\nendian: little\n"
+                       "space dimension: 3\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n").encode()
+        with open(os.path.join(folder.name, "labels.raw"), "rb") as file:
+            self.samples = file.read()
+
+    def write(self, name, unit):
+        line = b'space units: "%s" "%s" "%s"\n\n' % (unit, unit, unit)
+        with open(os.path.join(folder.name, name), "wb") as file:
+            file.write(self.header + line + self.samples)
+
+    def test_unit_of_a_text_in_latin_1(self):
+        self.write("latin.nrrd", b"\xb5m")
+        with Viewer(folder.name, "latin.nrrd") as other:
+            volume = other.wait_for("0")
+            self.assertEqual((volume["unit"], volume["dims"]), ("\u00b5m", [SIDE] * 3))
+            reply = other.post("volumes/0/measure", {"kind": "distance", "points": [[0, 0, 0], [3, 4, 0]]}).json
+            self.assertEqual((reply["unit"], reply["length"]), ("\u00b5m", 5))
+
+    def test_unit_of_a_compressed_file_that_is_not_utf_8(self):
+        """Units in .cvol files may be any bytes (doc/format.md)."""
+        self.samples = random.Random(2).randbytes(len(self.samples) * 4)  # too large for a packed file
+        self.header = self.header.replace(f"sizes: {SIDE}".encode(), f"sizes: {4 * SIDE}".encode())
+        self.write("odd.nrrd", b"unit?")
+        run(folder.name, "cvol compress odd.nrrd odd.cvol --lossless")
+        path = os.path.join(folder.name, "odd.cvol")
+        with open(path, "rb") as file:
+            content = bytearray(file.read())
+        begin = content.index(b"GEOM")
+        unit = begin + 24 + 124
+        self.assertEqual(content[unit:unit + 6], b"unit?\0")
+        content[unit + 4] = 0xff
+        content[begin + 16:begin + 20] = checksum(content[begin + 24:begin + 24 + 156])
+        content[begin + 20:begin + 24] = checksum(content[begin:begin + 20])
+        with open(path, "wb") as file:
+            file.write(content)
+        with Viewer(folder.name, "odd.cvol") as other:
+            volume = other.wait_for("0")
+            self.assertEqual((volume["unit"], volume["dims"]), ("unit?", [4 * SIDE, SIDE, SIDE]))
+            reply = other.post("volumes/0/measure", {"kind": "distance", "points": [[0, 0, 0], [3, 4, 0]]}).json
+            self.assertEqual((reply["unit"], reply["length"]), ("unit?", 5))
+
+
 class Units(unittest.TestCase):
     def setUp(self):
         self.volumes = {v["name"]: v for v in viewer.get("volumes").json["volumes"]}

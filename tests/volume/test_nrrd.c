@@ -35,6 +35,32 @@ static void test_nrrd_plain(void **state)
     cvol_volume_free(v);
 }
 
+static void check_unit(const char *stated, const char *expected)
+{
+    char text[256];
+    snprintf(text, sizeof text,
+             NRRD_START "type: uint8\n" SIZES "units: \"%s\" \"%s\" \"%s\"\nencoding: raw\n\n",
+             stated, stated, stated);
+    cvol_volume *v = read_ok(nrrd(text, 12));
+    assert_string_equal(v->grid.unit, expected);
+    cvol_volume_free(v);
+}
+
+/* Units are UTF-8 whatever the file has. */
+static void test_nrrd_units(void **state)
+{
+    (void)state;
+    check_unit("\xc2\xb5m", "\xc2\xb5m");
+    check_unit("\xb5m", "\xc2\xb5m"); /* Latin-1 */
+    check_unit("\xc5", "\xc3\x85");
+    check_unit("\xb5\xb5\xb5\xb5\xb5\xb5\xb5\xb5\xb5",
+               "\xc2\xb5\xc2\xb5\xc2\xb5\xc2\xb5\xc2\xb5\xc2\xb5\xc2\xb5");
+    check_unit("a\x9f\xff", "a?\xc3\xbf");
+    check_unit("half a degree \xc2\xb0", "half a degree "); /* cut inside a character */
+    check_unit("a third of \xf0\x9f\x8d\xb0\xf0\x9f\x8d\xb0", "a third of \xf0\x9f\x8d\xb0");
+    check_unit("a fourth of \xf0\x9f\x8d\xb0", "a fourth of ");
+}
+
 static void test_nrrd_endian(void **state)
 {
     (void)state;
@@ -438,12 +464,12 @@ static void test_nrrd_headers(void **state)
 int main(void)
 {
     const struct CMUnitTest reading[] = {
-        cmocka_unit_test(test_nrrd_plain),   cmocka_unit_test(test_nrrd_endian),
-        cmocka_unit_test(test_nrrd_types),   cmocka_unit_test(test_nrrd_text),
-        cmocka_unit_test(test_nrrd_axes),    cmocka_unit_test(test_nrrd_volumes),
-        cmocka_unit_test(test_nrrd_space),   cmocka_unit_test(test_nrrd_detached),
-        cmocka_unit_test(test_nrrd_gzip),    cmocka_unit_test(test_nrrd_lies),
-        cmocka_unit_test(test_nrrd_headers),
+        cmocka_unit_test(test_nrrd_plain),    cmocka_unit_test(test_nrrd_units),
+        cmocka_unit_test(test_nrrd_endian),   cmocka_unit_test(test_nrrd_types),
+        cmocka_unit_test(test_nrrd_text),     cmocka_unit_test(test_nrrd_axes),
+        cmocka_unit_test(test_nrrd_volumes),  cmocka_unit_test(test_nrrd_space),
+        cmocka_unit_test(test_nrrd_detached), cmocka_unit_test(test_nrrd_gzip),
+        cmocka_unit_test(test_nrrd_lies),     cmocka_unit_test(test_nrrd_headers),
     };
     return cmocka_run_group_tests(reading, files_setup, files_teardown) != 0;
 }

@@ -63,7 +63,9 @@ static void set_name(label_entry *entry, const char *text, size_t length)
     }
     while (length && (isspace((unsigned char)text[length - 1]) || text[length - 1] == '"'))
         length--;
-    length = length < LABEL_NAME ? length : LABEL_NAME - 1;
+    if (length >= LABEL_NAME)
+        for (length = LABEL_NAME - 1; length && ((unsigned char)text[length] & 0xc0) == 0x80;)
+            length--; /* not inside a character of UTF-8 */
     memcpy(entry->name, text, length);
     entry->name[length] = '\0';
 }

@@ -95,7 +95,7 @@ int command_bake(int argc, char **argv)
          &a.axis_name, 0, NULL},
         {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},
         {"--transfer", "NAME|FILE",
-         "auto (default) gray bone skin-bone mri hot viridis magma cool-warm, or a JSON file",
+         "name (see cvol render --help) or JSON file of the transfer function (default auto)",
          OPTION_TEXT, &a.transfer_name, 0, NULL},
         {"--shade", NULL, "light the samples by their gradients, for a viewer on the axis",
          OPTION_FLAG, &a.shade, 0, NULL},

@@ -311,10 +311,10 @@ typedef struct render_arguments {
     }
 
 /* Names of transfer functions: a paragraph of the help. */
-#define TRANSFER_NAMES                                                                         \
-    "Transfer functions: auto gray bone skin-bone mri microscopy hot viridis magma cool-warm " \
-    "adapt\n"                                                                                  \
-    "to the values of the volume; ct-bone ct-skin ct-lung ct-vessels are in Hounsfield units.\n"
+#define TRANSFER_NAMES                                                                            \
+    "Transfer functions: auto gray bone skin-bone mri microscopy field dense hot viridis magma\n" \
+    "cool-warm adapt to the values of the volume; ct-body ct-bone ct-skin ct-lung ct-vessels\n"   \
+    "are in Hounsfield units.\n"
 
 /* A renderer over an input, with its transfer function. */
 typedef struct scene_colours scene_colours; /* render_colours.c */

@@ -49,14 +49,20 @@ answer answer_error(int status, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(message, sizeof message, format, arguments);
     va_end(arguments);
-    json_t *text = json_string(message);
-    /* A name that is not UTF-8, or a message cut inside a character. */
-    for (char *c = message; !text && *c; c++)
-        if ((unsigned char)*c > '~')
-            *c = '?';
-    if (!text)
-        text = json_string(message);
-    return answer_json(status, json_pack("{s:o}", "error", text));
+    return answer_json(status, json_pack("{s:o}", "error", answer_text(message)));
+}
+
+const char *answer_message(const cvol_context *context, int code)
+{
+    const char *message = cvol_context_message(context);
+    return code == CVOL_ERROR_MEMORY && !strstr(message, "memory") ? "not enough memory" : message;
+}
+
+answer answer_failure(const cvol_context *context, int code)
+{
+    const int theirs = code == CVOL_ERROR_ARGUMENT || code == CVOL_ERROR_TARGET ||
+                       code == CVOL_ERROR_UNSUPPORTED || code == CVOL_ERROR_FORMAT;
+    return answer_error(theirs ? 400 : 500, "%s", answer_message(context, code));
 }
 
 answer answer_bytes(const char *type, void *bytes, size_t size, void (*release)(void *))
@@ -87,6 +93,21 @@ void answer_header_json(answer *a, const char *name, json_t *object)
 json_t *answer_number(double value)
 {
     return isfinite(value) ? json_real(value) : json_null();
+}
+
+json_t *answer_text(const char *text)
+{
+    json_t *string = text ? json_string(text) : json_null();
+    if (string)
+        return string;
+    /* Names and units of files, and messages that are cut inside a character. */
+    char *ascii = strdup(text);
+    for (char *c = ascii; c && *c; c++)
+        if ((unsigned char)*c > '~')
+            *c = '?';
+    string = ascii ? json_string(ascii) : NULL;
+    free(ascii);
+    return string;
 }
 
 void answer_free(answer *a)

@@ -5,6 +5,8 @@
 #include <jansson.h>
 #include <stddef.h>
 
+#include "cvol/base.h"
+
 #define ANSWER_HEADERS_MAX 3
 
 typedef struct answer {
@@ -21,6 +23,11 @@ typedef struct answer {
 
 /* {"error": message}. */
 answer answer_error(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* The message of a failure of the library, or of a function of the viewer, which reports no other
+ * failure than a lack of memory, and that without a message. */
+const char *answer_message(const cvol_context *context, int code);
+/* The same as an answer: 400 if the request asks for something impossible, else 500. */
+answer answer_failure(const cvol_context *context, int code);
 /* Frees the object; NULL: there was no memory for it. */
 answer answer_json(int status, json_t *object);
 /* The same with all digits of numbers, for values that must reproduce a picture. */
@@ -33,6 +40,9 @@ void answer_header(answer *a, const char *name, const char *value);
 void answer_header_json(answer *a, const char *name, json_t *object);
 /* The finite number, or null. */
 json_t *answer_number(double value);
+/* The text, or null for NULL; if it is not UTF-8, with '?' for bytes that are not ASCII. NULL: no
+ * memory. */
+json_t *answer_text(const char *text);
 /* Frees the content and headers. */
 void answer_free(answer *a);
 

@@ -36,7 +36,7 @@ static answer encode_png(cvol_context *context, const cvol_image *image)
     void *bytes = NULL;
     size_t size = 0;
     const int code = cvol_image_encode_png(context, image, PNG_LEVEL, &bytes, &size);
-    return code ? answer_error(500, "%s", cvol_context_message(context))
+    return code ? answer_error(500, "%s", answer_message(context, code))
                 : answer_bytes("image/png", bytes, size, free);
 }
 

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "viewer/base/answer.h"
 #include "viewer/view/channels.h"
 #include "viewer/volumes/volume_renderers.h"
 
@@ -20,9 +21,9 @@ typedef struct making {
     char *message;
 } making;
 
-static int failed(const making *m)
+static int failed(const making *m, int code)
 {
-    snprintf(m->message, FILM_MESSAGE_BYTES, "%s", cvol_context_message(m->context));
+    snprintf(m->message, FILM_MESSAGE_BYTES, "%s", answer_message(m->context, code));
     return -1;
 }
 
@@ -53,7 +54,7 @@ static int begin(making *m, const viewer_movies *movies, const char *path)
     if (!code)
         code = view_set_transfer(m->context, &m->renderer, v);
     if (code)
-        return failed(m);
+        return failed(m, code);
     return open_file(m, movies, path);
 }
 
@@ -92,7 +93,7 @@ static int draw(making *m, double share)
                          ? draw_view(m->context, v, m->image, &options)
                          : renderer_draw(m->context, &m->renderer, m->image, &options);
     if (code)
-        return failed(m);
+        return failed(m, code);
     if (v->mirror)
         cvol_image_mirror(m->image);
     return 0;

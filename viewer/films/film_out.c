@@ -9,6 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "viewer/base/answer.h"
 #include "viewer/films/tar.h"
 
 struct film_out {
@@ -53,7 +54,7 @@ const film_format *film_format_find(const char *name, const viewer_movies *movie
 static int copy_error(const cvol_context *context, int code, char *message)
 {
     if (code)
-        snprintf(message, FILM_MESSAGE_BYTES, "%s", cvol_context_message(context));
+        snprintf(message, FILM_MESSAGE_BYTES, "%s", answer_message(context, code));
     return code ? -1 : 0;
 }
 

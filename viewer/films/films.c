@@ -212,7 +212,7 @@ static int make_room(films *all, film **older)
 static json_t *describe(const film *f)
 {
     static const char *const states[] = {"running", "done", "failed"};
-    json_t *error = f->state == FILM_FAILED ? json_string(f->message) : json_null();
+    json_t *error = answer_text(f->state == FILM_FAILED ? f->message : NULL);
     return json_pack("{s:s, s:s, s:f, s:I, s:o}", "id", f->id, "state", states[f->state],
                      "fraction", f->fraction, "bytes", (json_int_t)f->bytes, "error",
                      error ? error : json_string("unknown error"));

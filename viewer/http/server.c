@@ -11,14 +11,14 @@
 #include <strings.h>
 #include <sys/socket.h>
 
+#include "viewer/http/response.h"
 #include "viewer/http/server_routes.h"
 
 enum { IDLE_S = 20, THREADS = 2, CONNECTION_MEMORY = 64 << 10 };
 
-/* Time limits to send a request and to receive an answer. A connection that has not sent the token
- * yet, an unknown client, has less time for both. The number of unknown clients is limited: a new
- * one closes the oldest. */
-static const double receiving_ms = 30e3, sending_ms = 300e3, unknown_ms = 4e3;
+static const server_limits usual_limits = {
+    .unknown_ms = 4e3, .receiving_ms = 30e3, .sending_ms = 300e3, .step_bytes = 4 << 20};
+/* A new unknown client closes the oldest. */
 enum { UNKNOWN_CLIENTS_MAX = 32 };
 
 /* An open connection. */
@@ -26,6 +26,7 @@ typedef struct client {
     int fd, answering, waiting; /* waiting: for a job */
     int known, closing;         /* known: it has sent the token */
     double since;
+    uint64_t noted; /* bytes of the answer that were sent at `since` */
     struct client *next, **place;
 } client;
 
@@ -33,7 +34,8 @@ struct server {
     struct MHD_Daemon *daemon;
     service *service;
     const access_rules *rules;
-    pthread_mutex_t lock; /* of the clients */
+    pthread_mutex_t lock; /* of the rest */
+    server_limits limits;
     client *clients;
 };
 
@@ -59,6 +61,7 @@ static void set_client_state(server *s, client *c, int answering, int waiting)
     pthread_mutex_lock(&s->lock);
     c->answering = answering;
     c->waiting = waiting;
+    c->noted = 0;
     if (c->known) /* the time of an unknown client keeps running */
         c->since = jobs_now();
     pthread_mutex_unlock(&s->lock);
@@ -143,9 +146,9 @@ void server_sweep(server *s)
     pthread_mutex_lock(&s->lock);
     for (client *c = s->clients; c; c = c->next)
         if (!c->closing && !c->waiting &&
-            now - c->since > (!c->known      ? unknown_ms
-                              : c->answering ? sending_ms
-                                             : receiving_ms))
+            now - c->since > (!c->known      ? s->limits.unknown_ms
+                              : c->answering ? s->limits.sending_ms
+                                             : s->limits.receiving_ms))
             end_client(c);
     pthread_mutex_unlock(&s->lock);
 }
@@ -153,50 +156,29 @@ void server_sweep(server *s)
 /* ---- answers ----------------------------------------------------------------------------------
  */
 
-static struct MHD_Response *make_response(answer *a)
+/* Large answers take as long as they need, unless they are too slow. */
+static void note_progress(void *user, uint64_t sent)
 {
-    struct MHD_Response *response;
-    if (a->fd > 0) {
-        response = MHD_create_response_from_fd64(a->size, a->fd);
-        if (response)
-            a->fd = 0;
-        return response;
+    exchange *e = user;
+    server *s = e->server;
+    client *c = e->client;
+    if (!c)
+        return;
+    pthread_mutex_lock(&s->lock);
+    if (c->known && sent >= c->noted + s->limits.step_bytes) {
+        c->noted = sent;
+        c->since = jobs_now();
     }
-    if (a->release)
-        response = MHD_create_response_from_buffer_with_free_callback(a->size, a->bytes,
-                                                                      a->release);
-    else
-        response = MHD_create_response_from_buffer(a->size, a->bytes, MHD_RESPMEM_PERSISTENT);
-    if (response) {
-        a->bytes = NULL;
-        a->release = NULL;
-    }
-    return response;
+    pthread_mutex_unlock(&s->lock);
 }
-
-/* Pages load nothing from other sites and cannot be framed; answers are not cached. */
-static const char *const safety[][2] = {
-    {"Content-Security-Policy",
-     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
-     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
-    {"X-Content-Type-Options", "nosniff"},
-    {"Referrer-Policy", "no-referrer"},
-    {"Cross-Origin-Resource-Policy", "same-origin"},
-    {"Cross-Origin-Opener-Policy", "same-origin"},
-    {"Cache-Control", "no-store"},
-};
 
 static enum MHD_Result give(exchange *e)
 {
     answer *a = &e->answer;
-    struct MHD_Response *response = make_response(a);
+    struct MHD_Response *response = response_make(a, e->server->limits.step_bytes, note_progress,
+                                                  e);
     if (!response)
         return MHD_NO;
-    MHD_add_response_header(response, "Content-Type", a->type);
-    for (int i = 0; i < a->header_count; i++)
-        MHD_add_response_header(response, a->header_names[i], a->headers[i]);
-    for (size_t i = 0; i < sizeof safety / sizeof *safety; i++)
-        MHD_add_response_header(response, safety[i][0], safety[i][1]);
     if (!is_known(e->server, e->client))
         MHD_add_response_header(response, MHD_HTTP_HEADER_CONNECTION, "close");
     set_client_state(e->server, e->client, 1, 0);
@@ -445,6 +427,7 @@ server *server_open(char *message, size_t message_bytes, service *served, const 
     }
     s->service = served;
     s->rules = rules;
+    s->limits = usual_limits;
     pthread_mutex_init(&s->lock, NULL);
     snprintf(port_text, sizeof port_text, "%d", port);
     const int code = getaddrinfo(listen, port_text, &hints, &address);
@@ -465,6 +448,13 @@ server *server_open(char *message, size_t message_bytes, service *served, const 
         return fail(s, message, message_bytes, listen, port,
                     errno ? strerror(errno) : "the system gives no reason");
     return s;
+}
+
+void server_set_limits(server *s, const server_limits *limits)
+{
+    pthread_mutex_lock(&s->lock);
+    s->limits = *limits;
+    pthread_mutex_unlock(&s->lock);
 }
 
 int server_port(const server *s)

@@ -69,7 +69,7 @@ static double cell_of(const cvol_grid *g)
 static void put_unit(json_t *object, const cvol_grid *g)
 {
     const int is_assumed = !*g->unit && g->space != CVOL_SPACE_UNKNOWN;
-    json_object_set_new(object, "unit", json_string(is_assumed ? "mm" : g->unit));
+    json_object_set_new(object, "unit", answer_text(is_assumed ? "mm" : g->unit));
     json_object_set_new(object, "unit_assumed", json_boolean(is_assumed));
 }
 

@@ -144,7 +144,7 @@ static void put_label(json_t *object, const shown_volume *v, const double place[
     if (!label)
         return;
     json_object_set_new(object, "value", json_integer(label));
-    json_object_set_new(object, "label", name ? json_string(name) : json_null());
+    json_object_set_new(object, "label", answer_text(name));
 }
 
 static answer run(job *j, cvol_context *context, void *state)
@@ -165,9 +165,10 @@ static answer run(job *j, cvol_context *context, void *state)
         behind[a] = from_middle - s.plane[a];
         place[a] = fmin(fmax(from_middle / g->spacing[a] + last / 2, 0), last);
     }
-    json_t *object = samples_describe(context, p->view.volume, place);
-    if (!object)
-        return answer_error(500, "cannot read the sample: %s", cvol_context_message(context));
+    json_t *object;
+    code = samples_describe(context, &object, p->view.volume, place);
+    if (code)
+        return jobs_failed(j, context, code);
     if (view_shows_labels(&p->view))
         put_label(object, p->view.volume, place);
     json_object_set_new(object, "overlays",

@@ -212,25 +212,28 @@ typedef struct sample {
     double place[3];
 } sample;
 
-static answer describe_sample(cvol_context *context, const sample *s)
+static int describe_sample(cvol_context *context, answer *out, const sample *s)
 {
     shown_volume *at;
     json_t *object = NULL;
-    if (!times_hold(context, &at, s->volume, s->time))
-        object = samples_describe(context, at, s->place);
+    int code = times_hold(context, &at, s->volume, s->time);
+    if (!code)
+        code = samples_describe(context, &object, at, s->place);
     volume_release(at);
-    if (!object)
-        return answer_error(500, "cannot read the sample: %s", cvol_context_message(context));
+    if (code)
+        return code;
     json_object_set_new(object, "sample",
                         json_pack("[I, I, I]", (json_int_t)s->place[0], (json_int_t)s->place[1],
                                   (json_int_t)s->place[2]));
-    return answer_json(200, object);
+    *out = answer_json(200, object);
+    return CVOL_OK;
 }
 
 static answer run_sample(job *j, cvol_context *context, void *state)
 {
-    (void)j;
-    return describe_sample(context, state);
+    answer a;
+    const int code = describe_sample(context, &a, state);
+    return code ? jobs_failed(j, context, code) : a;
 }
 
 static void free_sample(void *state)
@@ -268,9 +271,11 @@ answer value_get(request *r)
     cvol_context *context = good ? cvol_context_create() : NULL;
     if (context) { /* one sample: not worth more threads */
         cvol_context_set_threads(context, 1);
-        result = describe_sample(context, s);
+        const int code = describe_sample(context, &result, s);
+        if (code)
+            result = answer_failure(context, code);
     } else if (good) {
-        result = answer_error(500, "cannot read the sample: no memory");
+        result = answer_error(500, "not enough memory for a context");
     }
     cvol_context_free(context);
     free_sample(s);

@@ -11,15 +11,13 @@
 
 enum { WORKERS_MAX = 16 };
 
-/* A viewer without requests for this time makes room for others. */
-static const double forget_ms = 60e3;
-
 typedef struct stream {
     char viewer[VIEWER_NAME_BYTES];
     int64_t newest;     /* sequence */
     uint64_t served_at; /* the count of jobs then */
     double seen_ms;
     job *running;
+    int is_waiting; /* 1: a job of it is in the queue */
     pace pace;
 } stream;
 
@@ -32,6 +30,7 @@ struct jobs {
     int large_workers; /* these workers do only large jobs, at low priority */
     stream *streams[VIEWERS_MAX];
     int stream_count;
+    double forget_ms;   /* a viewer without requests for this time makes room for others */
     uint64_t served_at; /* of jobs without a viewer */
     uint64_t served, cancelled;
     job *first; /* waiting jobs, in order of arrival */
@@ -61,6 +60,17 @@ static uint64_t served_at(const jobs *all, const job *j)
     return j->stream ? j->stream->served_at : all->served_at;
 }
 
+/* Removes a job from its place in the queue. */
+static job *take(jobs *all, job **place)
+{
+    job *j = *place;
+    *place = j->next;
+    all->waiting--;
+    if (j->stream)
+        j->stream->is_waiting = 0;
+    return j;
+}
+
 /* Removes the next job from the queue; NULL: none can run. */
 static job *take_next(jobs *all, int large)
 {
@@ -72,12 +82,7 @@ static job *take_next(jobs *all, int large)
         if (!best || served_at(all, j) < served_at(all, *best))
             best = place;
     }
-    if (!best)
-        return NULL;
-    job *j = *best;
-    *best = j->next;
-    all->waiting--;
-    return j;
+    return best ? take(all, best) : NULL;
 }
 
 static int is_cancelled(void *user, const char *what, double fraction)
@@ -102,7 +107,20 @@ static int share_cores(const jobs *all, const job *j)
     return share > 1 ? share : 1;
 }
 
-static void run_job(jobs *all, cvol_context *context, job *j)
+/* Each job has its own context, so that it cannot report the failure of another. */
+static answer run_in_context(job *j)
+{
+    cvol_context *context = cvol_context_create();
+    if (!context)
+        return answer_error(500, "not enough memory for a context");
+    cvol_context_set_threads(context, j->threads);
+    cvol_context_set_progress(context, is_cancelled, j);
+    const answer a = j->run(j, context, j->state);
+    cvol_context_free(context);
+    return a;
+}
+
+static void run_job(jobs *all, job *j)
 {
     all->running[j->large]++;
     j->threads = share_cores(all, j);
@@ -116,9 +134,7 @@ static void run_job(jobs *all, cvol_context *context, job *j)
         all->served_at = all->served;
     }
     pthread_mutex_unlock(&all->lock);
-    cvol_context_set_threads(context, j->threads);
-    cvol_context_set_progress(context, is_cancelled, j);
-    const answer a = j->run(j, context, j->state);
+    const answer a = run_in_context(j);
     pthread_mutex_lock(&all->lock);
     all->running[j->large]--;
     all->cancelled += j->cancelled != 0;
@@ -138,22 +154,15 @@ static void *work(void *argument)
     pthread_mutex_unlock(&all->lock);
     if (large)
         lower_thread_priority();
-    cvol_context *context = cvol_context_create();
     pthread_mutex_lock(&all->lock);
     while (!all->closing) {
         job *j = take_next(all, large);
-        if (!j)
+        if (j)
+            run_job(all, j);
+        else
             pthread_cond_wait(&all->wake, &all->lock);
-        else if (context)
-            run_job(all, context, j);
-        else {
-            pthread_mutex_unlock(&all->lock);
-            end_job(j, answer_error(500, "not enough memory for a context"));
-            pthread_mutex_lock(&all->lock);
-        }
     }
     pthread_mutex_unlock(&all->lock);
-    cvol_context_free(context);
     return NULL;
 }
 
@@ -169,7 +178,8 @@ static stream *find_stream(jobs *all, const char *who)
         stream *s = all->streams[i];
         if (!strcmp(s->viewer, who))
             return s;
-        if (!s->running && (oldest < 0 || s->seen_ms < all->streams[oldest]->seen_ms))
+        if (!s->running && !s->is_waiting &&
+            (oldest < 0 || s->seen_ms < all->streams[oldest]->seen_ms))
             oldest = i;
     }
     stream *s = NULL;
@@ -177,7 +187,7 @@ static stream *find_stream(jobs *all, const char *who)
         s = calloc(1, sizeof *s);
         if (s)
             all->streams[all->stream_count++] = s;
-    } else if (oldest >= 0 && now - all->streams[oldest]->seen_ms > forget_ms) {
+    } else if (oldest >= 0 && now - all->streams[oldest]->seen_ms > all->forget_ms) {
         s = all->streams[oldest];
         memset(s, 0, sizeof *s);
     }
@@ -193,12 +203,8 @@ static stream *find_stream(jobs *all, const char *who)
 static job *take_waiting(jobs *all, const stream *s)
 {
     for (job **place = &all->first; *place; place = &(*place)->next)
-        if ((*place)->stream == s) {
-            job *j = *place;
-            *place = j->next;
-            all->waiting--;
-            return j;
-        }
+        if ((*place)->stream == s)
+            return take(all, place);
     return NULL;
 }
 
@@ -210,16 +216,21 @@ static answer superseded(int64_t by)
 /* Adds a job to the queue; *older: the waiting job that it replaces. Status 0, or a refusal. */
 static answer line_up(jobs *all, job *j, job **older)
 {
+    stream *s = NULL;
     if (all->closing)
         return answer_error(503, "the viewer is ending");
     if (j->viewer[0]) {
-        stream *s = find_stream(all, j->viewer);
+        s = find_stream(all, j->viewer);
         if (!s)
             return answer_error(429, "there are already %d viewers: try again later", VIEWERS_MAX);
         if (j->sequence < 0)
             j->sequence = s->newest + 1;
         if (j->sequence < s->newest)
             return superseded(s->newest);
+    }
+    if (all->waiting >= WAITING_MAX && !(s && s->is_waiting))
+        return answer_error(429, "%d requests are waiting: try again later", WAITING_MAX);
+    if (s) {
         s->newest = j->sequence;
         s->seen_ms = j->queued_at;
         *older = take_waiting(all, s);
@@ -227,9 +238,8 @@ static answer line_up(jobs *all, job *j, job **older)
         if (s->running)
             s->running->cancelled = 1;
         j->stream = s;
+        s->is_waiting = 1;
     }
-    if (all->waiting >= WAITING_MAX)
-        return answer_error(429, "%d requests are waiting: try again later", WAITING_MAX);
     job **place = &all->first;
     while (*place)
         place = &(*place)->next;
@@ -273,9 +283,14 @@ answer jobs_failed(const job *j, const cvol_context *context, int code)
         return answer_error(503, "the viewer is ending");
     if (code == CVOL_ERROR_CANCELLED)
         return answer_error(409, "replaced by a newer request of this viewer");
-    const int theirs = code == CVOL_ERROR_ARGUMENT || code == CVOL_ERROR_TARGET ||
-                       code == CVOL_ERROR_UNSUPPORTED || code == CVOL_ERROR_FORMAT;
-    return answer_error(theirs ? 400 : 500, "%s", cvol_context_message(context));
+    return answer_failure(context, code);
+}
+
+void jobs_set_forget_ms(jobs *all, double forget_ms)
+{
+    pthread_mutex_lock(&all->lock);
+    all->forget_ms = forget_ms;
+    pthread_mutex_unlock(&all->lock);
 }
 
 json_t *jobs_describe(jobs *all)
@@ -284,9 +299,9 @@ json_t *jobs_describe(jobs *all)
     const double now = jobs_now();
     int viewers = 0;
     for (int i = 0; i < all->stream_count; i++)
-        viewers += now - all->streams[i]->seen_ms < forget_ms;
+        viewers += now - all->streams[i]->seen_ms < all->forget_ms;
     json_t *object = json_pack("{s:i, s:i, s:I, s:I}", "viewers", viewers, "waiting", all->waiting,
-                               "frames", (json_int_t)all->served, "cancelled",
+                               "jobs", (json_int_t)all->served, "cancelled",
                                (json_int_t)all->cancelled);
     pthread_mutex_unlock(&all->lock);
     return object;
@@ -303,6 +318,7 @@ jobs *jobs_open(int threads)
     pthread_mutex_init(&all->lock, NULL);
     pthread_cond_init(&all->wake, NULL);
     all->cores = threads;
+    all->forget_ms = 60e3;
     const int workers = threads < 2 ? 2 : threads > WORKERS_MAX ? WORKERS_MAX : threads;
     all->large_workers = workers / 2;
     while (all->worker_count < workers + all->large_workers &&

@@ -49,7 +49,11 @@ void jobs_stop(jobs *all);
 void jobs_free(jobs *all);
 /* Copies the job; always answers it. */
 void jobs_add(jobs *all, const job *j);
-/* {"viewers", "waiting", "frames", "cancelled"}: a new object. */
+/* For tests: a viewer without requests for this time makes room for others when there are too many.
+ */
+void jobs_set_forget_ms(jobs *all, double forget_ms);
+/* {"viewers", "waiting", "jobs", "cancelled"}: a new object. "jobs": the number of those that were
+ * begun. */
 json_t *jobs_describe(jobs *all);
 /* Milliseconds of a monotonic clock. */
 double jobs_now(void);

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "tools/overlay/overlay.h"
+#include "viewer/base/answer.h"
 
 /* Labels take fewer bits per sample. */
 static const double bits_most = 1;
@@ -156,12 +157,6 @@ void labels_free(shown_labels *labels)
     free(labels);
 }
 
-static json_t *name_or_null(const char *name)
-{
-    json_t *text = name ? json_string(name) : NULL;
-    return text ? text : json_null();
-}
-
 json_t *labels_describe(const shown_volume *v)
 {
     const shown_labels *labels = v->labels;
@@ -172,7 +167,7 @@ json_t *labels_describe(const shown_volume *v)
         const double *rgb = labels->colours + 3 * i;
         json_array_append_new(list,
                               json_pack("{s:i, s:o, s:[f, f, f]}", "value", labels->values[i],
-                                        "name", name_or_null(labels_name(v, labels->values[i])),
+                                        "name", answer_text(labels_name(v, labels->values[i])),
                                         "colour", rgb[0], rgb[1], rgb[2]));
     }
     return list;

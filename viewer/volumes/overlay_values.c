@@ -21,8 +21,8 @@ static json_t *describe_label(const overlay *o, const viewer_overlay *given, con
     const int number = on_surface ? labels_number_at(o->numbers, at)
                                   : numbers[nearest[0] + n[0] * (nearest[1] + n[1] * nearest[2])];
     const viewer_label *label = number ? &given->labels[number - 1] : NULL;
-    return json_pack("{s:o, s:s?}", "value", label ? json_integer(label->value) : json_null(),
-                     "label", label ? label->name : NULL);
+    return json_pack("{s:o, s:o}", "value", label ? json_integer(label->value) : json_null(),
+                     "label", answer_text(label ? label->name : NULL));
 }
 
 /* The interpolated value; null: none. NULL: an error. */

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "viewer/base/answer.h"
 #include "viewer/volumes/volume_renderers.h"
 
 /* Choices of labels in memory, besides all labels. */
@@ -359,12 +360,6 @@ int overlays_find_depth(cvol_context *context, double *depth, const shown_volume
 /* ---- describing ---------------------------------------------------------------------------------
  */
 
-static json_t *text_or_null(const char *text)
-{
-    json_t *string = text ? json_string(text) : json_null();
-    return string ? string : json_string("(a name that is not UTF-8)");
-}
-
 static json_t *describe_labels(const viewer_overlay *given)
 {
     if (!given->source->is_numbered)
@@ -373,7 +368,7 @@ static json_t *describe_labels(const viewer_overlay *given)
     for (size_t k = 0; k < given->source->count; k++) {
         const viewer_label *label = &given->labels[k];
         json_array_append_new(list, json_pack("{s:i, s:o, s:[f, f, f]}", "value", label->value,
-                                              "name", text_or_null(label->name), "colour",
+                                              "name", answer_text(label->name), "colour",
                                               label->rgb[0], label->rgb[1], label->rgb[2]));
     }
     return list;
@@ -388,18 +383,12 @@ static json_t *describe_values(const viewer_overlay *given, const overlay_choice
     return json_pack("{s:f, s:f, s:s, s:f, s:f, s:o, s:o}", "min", h->min, "max", h->max, "type",
                      cvol_type_name(grid->type), "value_scale", grid->value_scale, "value_offset",
                      grid->value_offset, "transfer",
-                     text_or_null(given->transfer            ? given->transfer
-                                  : given->source->is_labels ? "auto"
-                                                             : "hot"),
+                     answer_text(given->transfer            ? given->transfer
+                                 : given->source->is_labels ? "auto"
+                                                            : "hot"),
                      "window",
                      choice->has_window ? json_pack("[f, f]", choice->window[0], choice->window[1])
                                         : json_null());
-}
-
-static const char *last_name(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    return slash && slash[1] ? slash + 1 : path;
 }
 
 json_t *overlays_describe(const shown_volume *v)
@@ -409,12 +398,12 @@ json_t *overlays_describe(const shown_volume *v)
     for (int i = 0; i < owner->overlay_count; i++) {
         const viewer_overlay *given = owner->overlays[i].given;
         const overlay_choice choice = overlays_first_choice(v, i);
-        json_array_append_new(list, json_pack("{s:o, s:o, s:f, s:f, s:o, s:o}", "name",
-                                              text_or_null(last_name(given->source->path)), "path",
-                                              text_or_null(given->source->path), "opacity",
-                                              choice.opacity, "depth", choice.depth, "labels",
-                                              describe_labels(given), "values",
-                                              describe_values(given, &choice)));
+        json_array_append_new(list,
+                              json_pack("{s:o, s:o, s:f, s:f, s:o, s:o}", "name",
+                                        answer_text(volume_last_name(given->source->path)), "path",
+                                        answer_text(given->source->path), "opacity", choice.opacity,
+                                        "depth", choice.depth, "labels", describe_labels(given),
+                                        "values", describe_values(given, &choice)));
     }
     return list;
 }

@@ -81,7 +81,8 @@ static json_t *world_of(const cvol_grid *g, const double place[3])
     return json_pack("[f, f, f]", world[0], world[1], world[2]);
 }
 
-json_t *samples_describe(cvol_context *context, const shown_volume *v, const double place[3])
+int samples_describe(cvol_context *context, json_t **out, const shown_volume *v,
+                     const double place[3])
 {
     size_t begin[3], end[3];
     double *value;
@@ -90,14 +91,17 @@ json_t *samples_describe(cvol_context *context, const shown_volume *v, const dou
         begin[a] = (size_t)fmin(fmax(floor(place[a] + 0.5), 0), last);
         end[a] = begin[a] + 1;
     }
-    if (samples_read(context, &value, v, begin, end))
-        return NULL;
+    *out = NULL;
+    const int code = samples_read(context, &value, v, begin, end);
+    if (code)
+        return code;
     const int known = fabs(v->rescale[0]) > 0;
     const char *label = labels_name(v, *value);
-    json_t *object = json_pack("{s:o, s:o, s:s?, s:o}", "value", answer_number(*value), "meaning",
+    json_t *object = json_pack("{s:o, s:o, s:o, s:o}", "value", answer_number(*value), "meaning",
                                answer_number(known ? v->rescale[0] * *value + v->rescale[1] : NAN),
-                               "label", label, "world", world_of(&v->grid, place));
+                               "label", answer_text(label), "world", world_of(&v->grid, place));
     free(value);
     json_object_set_new(object, "overlays", overlays_describe_place(context, v, place, 0));
-    return object;
+    *out = object;
+    return object ? CVOL_OK : CVOL_ERROR_MEMORY;
 }

@@ -11,7 +11,8 @@ int samples_read(cvol_context *context, double **out, const shown_volume *v, con
 int samples_read_array(cvol_context *context, double **out, const cvol_array *array,
                        const size_t begin[3], const size_t end[3]);
 /* Describes the sample nearest to a place (in samples): "value", "meaning" after the rescale, and
- * the "world" position of the place. NULL: the context has the message. */
-json_t *samples_describe(cvol_context *context, const shown_volume *v, const double place[3]);
+ * the "world" position of the place. The caller owns *out. */
+int samples_describe(cvol_context *context, json_t **out, const shown_volume *v,
+                     const double place[3]);
 
 #endif

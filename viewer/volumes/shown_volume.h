@@ -106,6 +106,9 @@ static inline const shown_volume *volume_series(const shown_volume *v)
     return v->series ? v->series : v;
 }
 
+/* The last part of a path, with its slash if it ends in one. */
+const char *volume_last_name(const char *path);
+
 /* Holds a held volume once more. */
 void volume_hold(shown_volume *v);
 /* Releases a volume; NULL is allowed. The last release of a removed volume frees it. */

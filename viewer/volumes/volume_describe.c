@@ -7,12 +7,6 @@
 #include "viewer/volumes/overlays.h"
 #include "viewer/volumes/volumes.h"
 
-static json_t *text_or_null(const char *text)
-{
-    json_t *string = text ? json_string(text) : json_null();
-    return string ? string : json_string("(a name that is not UTF-8)");
-}
-
 static json_t *triple(const double v[3])
 {
     return json_pack("[f, f, f]", v[0], v[1], v[2]);
@@ -56,27 +50,30 @@ static json_t *describe_channel(const shown_volume *v)
         return json_null();
     snprintf(first, sizeof first, "%d", c->first);
     return json_pack("{s:s, s:i, s:i, s:o, s:o, s:b}", "first", first, "number", c->number, "count",
-                     c->count, "name", text_or_null(c->name[0] ? c->name : NULL), "colour",
+                     c->count, "name", answer_text(c->name[0] ? c->name : NULL), "colour",
                      triple(c->rgb), "component", c->is_component);
 }
 
-static void describe_ready(json_t *object, const shown_volume *v)
+/* 0 without memory. */
+static int describe_ready(json_t *object, const shown_volume *v)
 {
     const cvol_grid *g = &v->grid;
     int mirrored = 0;
     const double ratio = (double)v->raw_bytes / (double)v->compressed_bytes;
     json_t *more = json_pack(
-        "{s:[I,I,I], s:o, s:s, s:s, s:f, s:f, s:f, s:f, s:I, s:I, s:o, s:o, s:b, s:o, s:o}", "dims",
+        "{s:[I,I,I], s:o, s:o, s:s, s:f, s:f, s:f, s:f, s:I, s:I, s:o, s:o, s:b, s:o, s:o}", "dims",
         (json_int_t)g->dims[0], (json_int_t)g->dims[1], (json_int_t)g->dims[2], "spacing",
-        triple(g->spacing), "unit", g->unit, "type", cvol_type_name(g->type), "min",
+        triple(g->spacing), "unit", answer_text(g->unit), "type", cvol_type_name(g->type), "min",
         v->histogram.min, "max", v->histogram.max, "value_scale", g->value_scale, "value_offset",
         g->value_offset, "raw_bytes", (json_int_t)v->raw_bytes, "compressed_bytes",
         (json_int_t)v->compressed_bytes, "ratio", answer_number(ratio), "psnr_db",
         answer_number(v->psnr_db), "exact", isinf(v->psnr_db) && v->psnr_db > 0, "max_error",
         answer_number(v->max_error), "rescale",
         fabs(v->rescale[0]) > 0 ? json_pack("[f, f]", v->rescale[0], v->rescale[1]) : json_null());
-    json_object_update(object, more);
+    const int failed = json_object_update(object, more);
     json_decref(more);
+    if (failed)
+        return 0;
     json_object_set_new(object, "home",
                         json_pack("{s:f, s:f, s:f, s:o, s:[f, f], s:b}", "azimuth",
                                   v->home.azimuth_deg, "elevation", v->home.elevation_deg, "roll",
@@ -86,7 +83,7 @@ static void describe_ready(json_t *object, const shown_volume *v)
         json_object_set_new(object, "time", json_integer(v->copied_time));
     json_object_set_new(object, "times", json_integer(v->times));
     json_object_set_new(object, "time_values", describe_times(v));
-    json_object_set_new(object, "time_unit", text_or_null(v->time_unit));
+    json_object_set_new(object, "time_unit", answer_text(v->time_unit));
     json_object_set_new(object, "labels", labels_describe(v));
     json_object_set_new(object, "overlays", overlays_describe(v));
     json_object_set_new(object, "views", describe_views(g, &mirrored));
@@ -96,6 +93,7 @@ static void describe_ready(json_t *object, const shown_volume *v)
     json_object_set_new(object, "whole", json_boolean(!v->cut));
     json_object_set_new(object, "residual_missing", json_boolean(v->residual_missing));
     json_object_set_new(object, "patient", json_boolean(g->space != CVOL_SPACE_UNKNOWN));
+    return 1;
 }
 
 json_t *volume_describe(shown_volume *v)
@@ -103,14 +101,16 @@ json_t *volume_describe(shown_volume *v)
     static const char *const names[] = {"reading", "compressing", "ready", "failed"};
     const volume_look look = volume_look_at(v);
     json_t *object = json_pack("{s:s, s:o, s:o, s:s, s:{s:s, s:f}, s:o, s:o}", "id", v->id, "name",
-                               text_or_null(v->name), "path", text_or_null(v->path), "state",
+                               answer_text(v->name), "path", answer_text(v->path), "state",
                                names[look.state], "doing", "what", look.doing, "fraction",
-                               look.fraction, "error", text_or_null(look.error), "parent",
-                               text_or_null(v->parent ? v->parent->id : NULL));
+                               look.fraction, "error", answer_text(look.error), "parent",
+                               answer_text(v->parent ? v->parent->id : NULL));
     if (object)
         json_object_set_new(object, "channel", describe_channel(v));
-    if (object && look.state == VOLUME_READY)
-        describe_ready(object, v);
+    if (object && look.state == VOLUME_READY && !describe_ready(object, v)) {
+        json_decref(object);
+        return NULL;
+    }
     return object;
 }
 

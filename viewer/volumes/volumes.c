@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "viewer/base/answer.h"
 #include "viewer/base/background.h"
 #include "viewer/base/priority.h"
 #include "viewer/volumes/overlays.h"
@@ -57,7 +58,7 @@ static void make(shown_volume *v, const viewer_options *options)
         cvol_context_set_progress(context, on_progress, v);
         code = v->parent ? volume_make_copy(context, v, options) : volume_read(context, v, options);
     }
-    char *message = code ? strdup(context ? cvol_context_message(context) : "not enough memory")
+    char *message = code ? strdup(context ? answer_message(context, code) : "not enough memory")
                          : NULL;
     pthread_mutex_lock(&v->all->lock);
     v->error = message;
@@ -168,7 +169,7 @@ static void free_volume(shown_volume *v)
     free(v);
 }
 
-static const char *last_name(const char *path)
+const char *volume_last_name(const char *path)
 {
     size_t end = strlen(path);
     while (end && path[end - 1] == '/')
@@ -191,7 +192,7 @@ static shown_volume *new_volume(volumes *all, const char *path, const char *name
     v->path = strdup(path);
     v->name = strdup(name);
     if (v->path && v->name) {
-        v->file = last_name(v->path);
+        v->file = volume_last_name(v->path);
         return v;
     }
     free_volume(v);
@@ -244,7 +245,8 @@ volumes *volumes_open(const viewer_options *options)
     all->colours = colours_open();
     for (int i = 0; i < options->volume_count; i++) {
         const viewer_volume *one = &options->volumes[i];
-        shown_volume *v = new_volume(all, one->path, one->name ? one->name : last_name(one->path));
+        shown_volume *v = new_volume(all, one->path,
+                                     one->name ? one->name : volume_last_name(one->path));
         if (!v)
             break;
         v->read = one->read;

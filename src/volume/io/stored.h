@@ -42,6 +42,9 @@ void cvol_labels_set_name(cvol_channel_label *channel, const char *text, size_t 
 int cvol_labels_append_names(cvol_context *context, const cvol_labels *labels, int code);
 /* A unit of time by one of its names; "" if it is none. */
 void cvol_labels_set_unit(cvol_labels *labels, const char *text, size_t size);
+/* Makes the unit of a grid printable UTF-8: removes a character that was cut at the end of the
+ * field, and takes other texts that are not UTF-8 as Latin-1, in which old files have µ and Å. */
+void cvol_labels_repair_unit(char unit[16]);
 
 /* Slices that a format's reader provides itself, from many files or by a library. */
 typedef struct cvol_slices {

@@ -280,6 +280,7 @@ int cvol_stream_begin(cvol_context *context, cvol_volume_stream **out, const cvo
     int code = s->name ? CVOL_OK : cvol_fail_memory(context, strlen(path), path);
     if (!code)
         code = format->find(context, &s->grid, &s->stored, s->name, options);
+    cvol_labels_repair_unit(s->grid.unit);
     for (int a = 0; a < 3 && !code; a++)
         if (options->spacing[a] != 0)
             s->grid.spacing[a] = options->spacing[a];
