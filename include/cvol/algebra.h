@@ -38,6 +38,12 @@ CVOL_API int cvol_array_compatible(cvol_context *context, const cvol_array *a, c
  * separate background), MEMORY, CANCELLED. */
 CVOL_API int cvol_array_flatten(cvol_context *context, cvol_array **out, const cvol_array *array);
 
+/* What results mean: their value_scale and value_offset are such that their values are those of the
+ * same operation on the values of the operands. Operations work on stored samples, except products
+ * and convolutions of two arrays of which one has an offset, and sums of arrays with different
+ * scales: these work on values, and their results have scale 1 and offset 0. A constant that is
+ * added counts in stored samples. */
+
 /* ---- linear --------------------------------------------------------------------------------- */
 
 /* alpha a + beta b. Cost: O(terms). By default a whole array keeps the union of the terms. */

@@ -148,8 +148,8 @@ typedef struct cvol_grid {
     double direction[3][3]; /* unit vectors, one row per axis */
     cvol_space space;
     char unit[16];      /* "mm", "um", ...; "": unknown */
-    double value_scale; /* not 0: a stored sample s means value_scale s + value_offset; these two */
-    double value_offset; /* are only stored: all functions work on s itself */
+    double value_scale; /* not 0: a stored sample s means the value value_scale s + value_offset. */
+    double value_offset; /* Functions work on s; for results of operations see cvol/algebra.h */
 } cvol_grid;
 
 /* A grid of this shape and type with spacing 1, origin 0, axis-aligned, scale 1. */

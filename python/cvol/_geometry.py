@@ -43,7 +43,9 @@ class Geometry:
         and X.
     space: "LPS", "RAS" or "" (unknown): directions of X, Y and Z in a patient.
     unit: "mm", "um", ...; "": unknown.
-    value_scale, value_offset: a sample s means value_scale s + value_offset; only stored.
+    value_scale, value_offset: a sample s means value_scale s + value_offset. Arrays have s; results of +, -, * and
+        of filters have the scale and offset with which they mean the same operation on those values. Products of
+        samples with an offset, and sums of samples with different scales, are computed on the values.
     """
 
     spacing: tuple[float, ...] = (1.0, 1.0, 1.0)

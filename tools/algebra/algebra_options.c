@@ -1,5 +1,7 @@
 /* Operands and results of the commands that compute on arrays. */
 #include "tools/algebra/algebra_options.h"
+#include <stdio.h>
+#include <stdlib.h>
 
 #include <math.h>
 #include <string.h>
@@ -207,4 +209,15 @@ int finish_result(cvol_context *context, cvol_array *result, int code, const cha
     json_decref(more);
     cvol_array_free(result);
     return status;
+}
+
+void print_bounded(const char *name, double value, double error)
+{
+    char text[40];
+    for (int digits = 8; digits <= 15; digits++) {
+        snprintf(text, sizeof text, "%.*g", digits, value);
+        if (fabs(strtod(text, NULL) - value) <= 0.05 * error)
+            break;
+    }
+    printf("  %-20s %s  +- %.3g\n", name, text, error);
 }

@@ -68,6 +68,10 @@ int open_operand(cvol_context *context, input *in, const char *path, algebra_arg
 int open_operands(cvol_context *context, input in[2], const char *const paths[2],
                   algebra_arguments *arguments);
 
+/* Prints a line with a figure and its bound, with so many digits that rounding it is far below the
+ * bound. */
+void print_bounded(const char *name, double value, double error);
+
 /* Checks the output against `count` inputs: see check_output. */
 int check_result_output(const algebra_arguments *arguments, const char *const paths[], int count);
 /* Gives the result its type, writes it and reports it. `more`: further fields of the JSON object,

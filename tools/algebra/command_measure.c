@@ -106,11 +106,6 @@ static json_t *measured_json(const measured *m, const size_t begin[3], const siz
         json_number(s->largest_error));
 }
 
-static void print_figure(const char *name, double value, double error)
-{
-    printf("  %-20s %.8g  +- %.3g\n", name, value, error);
-}
-
 static void print_measured(const char *path, const measured *m, int has_range)
 {
     const cvol_region *r = &m->region;
@@ -122,10 +117,10 @@ static void print_measured(const char *path, const measured *m, int has_range)
              is_millimetres || !*m->unit ? "" : "^3", m->is_assumed ? " (mm assumed)" : "");
     printf("%s\n", path);
     printf("  %-20s %llu\n", "samples", (unsigned long long)r->samples);
-    print_figure("mean", s->mean, s->mean_error);
-    print_figure("standard deviation", s->standard_deviation, s->standard_deviation_error);
-    print_figure("least", s->least, s->least_error);
-    print_figure("largest", s->largest, s->largest_error);
+    print_bounded("mean", s->mean, s->mean_error);
+    print_bounded("standard deviation", s->standard_deviation, s->standard_deviation_error);
+    print_bounded("least", s->least, s->least_error);
+    print_bounded("largest", s->largest, s->largest_error);
     if (!has_range)
         return;
     printf("  %-20s %llu  (%llu to %llu)\n", "samples in range", (unsigned long long)r->inside,

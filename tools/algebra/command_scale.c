@@ -14,9 +14,9 @@ int command_scale(int argc, char **argv)
     int factor_given = 0, offset_given = 0;
     const option_spec specs[] = {
         RESULT_OPTIONS(a),
-        {"--factor", "X", "factor of every sample (default 1)", OPTION_NUMBER, &factor, 0,
+        {"--factor", "X", "factor of every value (default 1)", OPTION_NUMBER, &factor, 0,
          &factor_given},
-        {"--offset", "Y", "number to add to every sample (default 0)", OPTION_NUMBER, &offset, 0,
+        {"--offset", "Y", "number to add to every value (default 0)", OPTION_NUMBER, &offset, 0,
          &offset_given},
         RAW_OPERAND_OPTIONS(a.common),
         COMMON_OPTIONS(a.common),
@@ -40,7 +40,9 @@ int command_scale(int argc, char **argv)
         return EXIT_FAILED;
     status = open_operand(context, &in, line.positionals[0], &a);
     if (!status) {
-        int code = cvol_array_scale(context, &result, factor, in.array, offset);
+        /* The constant is added to values, the library adds to stored samples. */
+        const double per_sample = cvol_array_grid(in.array)->value_scale;
+        int code = cvol_array_scale(context, &result, factor, in.array, offset / per_sample);
         status = finish_result(context, result, code, line.positionals[0], &a, NULL);
     }
     close_input(&in);

@@ -1,11 +1,14 @@
 /* cvol stats: sums, means and distances of compressed volumes, from their coefficients. */
 
+#include <math.h>
+
 #include "tools/algebra/algebra_options.h"
 
 static const char description[] =
     "Prints sum, mean, variance, standard deviation and L2 norm of a volume, computed from\n"
     "its coefficients; after +- stands a certified bound of the difference from the value of\n"
-    "the original samples. Samples without a value do not count. With two volumes it also\n"
+    "the original samples. Values are those that the file states, such as Hounsfield units.\n"
+    "Samples without a value do not count. With two volumes it also\n"
     "prints inner product, cosine similarity and L2 distance.";
 
 static const char examples[] = "  cvol stats brain.cvol\n"
@@ -14,7 +17,7 @@ static const char examples[] = "  cvol stats brain.cvol\n"
 static void print_line(const char *name, double value, double error)
 {
     if (error >= 0)
-        printf("  %-20s %.8g  +- %.3g\n", name, value, error);
+        print_bounded(name, value, error);
     else
         printf("  %-20s %.8g\n", name, value);
 }
@@ -40,10 +43,61 @@ static void print_statistics(const char *path, const cvol_array_statistics *s)
     print_line("L2 norm", s->l2_norm, s->l2_norm_error);
 }
 
+/* 1 if samples mean other values than their own. */
+static int is_rescaled(const cvol_grid *grid)
+{
+    return fabs(grid->value_scale - 1) > 0 || fabs(grid->value_offset) > 0;
+}
+
+/* Statistics of the values. */
+static int compute_statistics(cvol_context *context, cvol_array_statistics *s,
+                              const cvol_array *array)
+{
+    const cvol_grid *grid = cvol_array_grid(array);
+    const double scale = grid->value_scale, factor = fabs(scale);
+    const int code = cvol_array_compute_statistics(context, s, array);
+    if (code || !is_rescaled(grid))
+        return code;
+    /* Samples that have a value. */
+    const double square = s->variance + s->mean * s->mean;
+    const double count = square > 0 ? round(s->l2_norm * s->l2_norm / square)
+                                    : (double)cvol_grid_samples(grid);
+    s->mean = scale * s->mean + grid->value_offset;
+    s->sum = count * s->mean;
+    s->variance *= scale * scale;
+    s->standard_deviation *= factor;
+    s->l2_norm = sqrt(count * (s->variance + s->mean * s->mean));
+    s->sum_error *= factor;
+    s->mean_error *= factor;
+    s->standard_deviation_error *= factor;
+    s->l2_norm_error *= factor;
+    return code;
+}
+
+/* Compares the values. */
+static int compare(cvol_context *context, cvol_array_comparison *c, const input in[2])
+{
+    const cvol_array *of[2] = {in[0].array, in[1].array};
+    cvol_array *made[2] = {NULL, NULL};
+    int code = CVOL_OK;
+    for (int i = 0; i < 2 && !code; i++) {
+        const cvol_grid *grid = cvol_array_grid(of[i]);
+        if (!is_rescaled(grid))
+            continue;
+        code = cvol_array_scale(context, &made[i], grid->value_scale, of[i], grid->value_offset);
+        of[i] = made[i];
+    }
+    if (!code)
+        code = cvol_array_compare(context, c, of[0], of[1]);
+    cvol_array_free(made[0]);
+    cvol_array_free(made[1]);
+    return code;
+}
+
 static int report_statistics(cvol_context *context, const input *in, const char *path, int json)
 {
     cvol_array_statistics s;
-    int code = cvol_array_compute_statistics(context, &s, in->array);
+    int code = compute_statistics(context, &s, in->array);
     if (code)
         return report_context_error(context, code, path);
     if (json)
@@ -58,9 +112,9 @@ static int report_comparison(cvol_context *context, const input in[2], const cha
 {
     cvol_array_statistics s[2];
     cvol_array_comparison c;
-    int code = cvol_array_compare(context, &c, in[0].array, in[1].array);
+    int code = compare(context, &c, in);
     for (int i = 0; i < 2 && !code; i++)
-        code = cvol_array_compute_statistics(context, &s[i], in[i].array);
+        code = compute_statistics(context, &s[i], in[i].array);
     if (code)
         return report_context_error(context, code, NULL);
     if (json)

@@ -435,7 +435,7 @@ json_t *json_dims(const size_t dims[3])
 int print_json(json_t *object)
 {
     char *text = object && !json_lacks_memory()
-                     ? json_dumps(object, JSON_INDENT(1) | JSON_REAL_PRECISION(10))
+                     ? json_dumps(object, JSON_INDENT(1) | JSON_REAL_PRECISION(15))
                      : NULL;
     json_decref(object);
     if (!text || json_lacks_memory()) {

@@ -74,6 +74,7 @@ static int scale(cvol_context *context, cvol_array **out, double alpha, const cv
     code = start(context, &array, a, &error_bound, &like, operation);
     if (code)
         return code;
+    cvol_rescale_set(array, a->grid.value_scale, alpha * a->grid.value_offset);
     const cvol_summary summary = cvol_summary_scale(cvol_array_summary(a), alpha, beta);
     code = cvol_array_set_summary(context, array, &summary);
     if (!code)
@@ -82,6 +83,29 @@ static int scale(cvol_context *context, cvol_array **out, double alpha, const cv
         code = a->block ? cvol_blocks_scale(context, array, &result, alpha, a, beta)
                         : cvol_whole_scale(context, array, &result, alpha, a, beta);
     return finish(context, out, array, &result, operation, code);
+}
+
+int cvol_array_of_values(cvol_context *context, cvol_array **out, const cvol_array *a)
+{
+    const int code = scale(context, out, a->grid.value_scale, a, a->grid.value_offset, "rescale");
+    if (!code)
+        cvol_rescale_set(*out, 1, 0);
+    return code;
+}
+
+/* Stored samples that mean values in different ways cannot be added. */
+static int add_values(cvol_context *context, cvol_array **out, double alpha, const cvol_array *a,
+                      double beta, const cvol_array *b, const cvol_keep *keep)
+{
+    cvol_array *x = NULL, *y = NULL;
+    int code = cvol_array_of_values(context, &x, a);
+    if (!code)
+        code = cvol_array_of_values(context, &y, b);
+    if (!code)
+        code = cvol_array_add(context, out, alpha, x, beta, y, keep);
+    cvol_array_free(x);
+    cvol_array_free(y);
+    return code;
 }
 
 int cvol_array_add(cvol_context *context, cvol_array **out, double alpha, const cvol_array *a,
@@ -97,6 +121,8 @@ int cvol_array_add(cvol_context *context, cvol_array **out, double alpha, const 
         code = check_factor(context, beta, "beta");
     if (!code)
         code = cvol_array_compatible(context, a, b);
+    if (!code && !cvol_rescale_is_same(a, b))
+        return add_values(context, out, alpha, a, beta, b, keep);
     if (!code)
         code = cvol_array_decoded_terms(context, &a, a);
     if (!code)
@@ -110,6 +136,8 @@ int cvol_array_add(cvol_context *context, cvol_array **out, double alpha, const 
     code = start(context, &array, a, &error_bound, keep, "add");
     if (code)
         return code;
+    cvol_rescale_set(array, a->grid.value_scale,
+                     alpha * a->grid.value_offset + beta * b->grid.value_offset);
     code = a->block ? cvol_blocks_add(context, array, &result, alpha, a, beta, b, keep)
                     : cvol_whole_add(context, array, &result, alpha, a, beta, b, keep);
     return finish(context, out, array, &result, "add", code);
@@ -154,6 +182,7 @@ int cvol_array_truncate(cvol_context *context, cvol_array **out, const cvol_arra
         code = start(context, &array, a, &a->error_bound, keep, "truncate");
     if (code)
         return code;
+    cvol_rescale_set(array, a->grid.value_scale, a->grid.value_offset);
     code = cvol_array_set_summary(context, array, cvol_array_summary(a));
     if (!code)
         code = cvol_result_mask_scale(context, array, a, 1, 0);

@@ -17,6 +17,14 @@ int cvol_whole_add(cvol_context *context, cvol_array *out, cvol_build_result *re
 int cvol_blocks_add(cvol_context *context, cvol_array *out, cvol_build_result *result, double alpha,
                     const cvol_array *a, double beta, const cvol_array *b, const cvol_keep *keep);
 
+/* What the samples of a result mean (cvol_grid.value_scale and value_offset). The result of an
+ * operation means what the same operation gives for the values of the operands. */
+void cvol_rescale_set(cvol_array *out, double scale, double offset);
+/* 1 if both arrays have the same scale; offsets may differ. */
+int cvol_rescale_is_same(const cvol_array *a, const cvol_array *b);
+/* The array of the values: scale 1, offset 0. The caller frees it. Errors: as cvol_array_scale. */
+int cvol_array_of_values(cvol_context *context, cvol_array **out, const cvol_array *a);
+
 /* alpha a + beta */
 int cvol_whole_scale(cvol_context *context, cvol_array *out, cvol_build_result *result,
                      double alpha, const cvol_array *a, double beta);

@@ -49,8 +49,6 @@ static int new_grid(cvol_context *context, cvol_grid *out, const cvol_array *a, 
             out->origin[i] += move * a->grid.spacing[axis] * a->grid.direction[axis][i];
     }
     out->type = CVOL_FLOAT32;
-    out->value_scale = 1;
-    out->value_offset = 0;
     return CVOL_OK;
 }
 
@@ -109,6 +107,7 @@ int cvol_array_resample(cvol_context *context, cvol_array **out, const cvol_arra
         norm *= axis_norm;
         sum *= axis_sum;
     }
+    cvol_rescale_set(array, a->grid.value_scale, a->grid.value_offset);
     array->error_bound = cvol_error_bound_filter(&a->error_bound, norm, sum, 1);
     code = cvol_array_check_error_bound(context, array, &array->error_bound, "resample");
     if (code)

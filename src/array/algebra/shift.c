@@ -8,6 +8,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "array/algebra/operations.h"
 #include "array/evaluate/dirichlet.h"
 #include "array/truncate/account.h"
 #include "array/truncate/producer.h"
@@ -92,6 +93,7 @@ int cvol_array_shift(cvol_context *context, cvol_array **out, const cvol_array *
                                         moves);
     if (code)
         goto done;
+    cvol_rescale_set(array, a->grid.value_scale, a->grid.value_offset);
     cvol_spectrum_fill(context, &terms, a->grid.dims, shifted_term, &r);
     code = cvol_spectrum_move(context, array, &result, &terms, &all);
     if (code)

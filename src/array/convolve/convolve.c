@@ -97,6 +97,7 @@ int cvol_array_convolve_kernel(cvol_context *context, cvol_array **out, const cv
         code = cvol_keep_check(context, rule, array);
     if (code)
         goto done;
+    cvol_rescale_set(array, a->grid.value_scale, a->grid.value_offset * cvol_kernel_total(kernel));
     cvol_kernel_bounds(kernel, &norm, &sum);
     array->error_bound = cvol_error_bound_filter(&a->error_bound, norm, sum,
                                                  cvol_kernel_total(kernel));
@@ -149,6 +150,21 @@ static cvol_error_bound convolve_error_bound(const cvol_array *a, const cvol_lar
     return out;
 }
 
+/* A convolution of stored samples with an offset does not mean that of their values. */
+static int convolve_values(cvol_context *context, cvol_array **out, const cvol_array *a,
+                           const cvol_array *b, const cvol_keep *keep)
+{
+    cvol_array *x = NULL, *y = NULL;
+    int code = cvol_array_of_values(context, &x, a);
+    if (!code)
+        code = cvol_array_of_values(context, &y, b);
+    if (!code)
+        code = cvol_array_convolve(context, out, x, y, keep);
+    cvol_array_free(x);
+    cvol_array_free(y);
+    return code;
+}
+
 int cvol_array_convolve(cvol_context *context, cvol_array **out, const cvol_array *a,
                         const cvol_array *b, const cvol_keep *keep)
 {
@@ -168,9 +184,13 @@ int cvol_array_convolve(cvol_context *context, cvol_array **out, const cvol_arra
                          "convolve: under dct arrays are mirrored about their ends, and the "
                          "convolution of two such arrays is about their samples, which dct cannot "
                          "hold; compress both with dht or dft");
+    if (fabs(a->grid.value_offset) > 0 || fabs(b->grid.value_offset) > 0)
+        return convolve_values(context, out, a, b, keep);
     cvol_array *array = NULL;
     cvol_build_result result = {.max_abs = -1};
     code = cvol_array_create_like(context, &array, a);
+    if (!code)
+        cvol_rescale_set(array, a->grid.value_scale * b->grid.value_scale, 0);
     if (!code)
         code = cvol_keep_check(context, rule, array);
     if (code)
@@ -216,6 +236,7 @@ int cvol_array_gradient(cvol_context *context, cvol_array **out, const cvol_arra
         code = cvol_keep_check(context, rule, array);
     if (code)
         goto done;
+    cvol_rescale_set(array, fabs(a->grid.value_scale), 0);
     const double norm = sqrt(squares);
     array->error_bound = (cvol_error_bound){
         .l2_error = norm * a->error_bound.l2_error,

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "array/algebra/operations.h"
 #include "array/evaluate/decoded_terms.h"
 #include "array/multiply/cost.h"
 #include "array/multiply/low.h"
@@ -270,6 +271,22 @@ static void set_bound(cvol_array *out, const cvol_array *a, const cvol_array *b,
     cvol_array_account(out, result, factors);
 }
 
+/* A product of stored samples with an offset does not mean that of their values. */
+static int multiply_values(cvol_context *context, cvol_array **out, const cvol_array *a,
+                           const cvol_array *b, const cvol_keep *keep, cvol_plan plan,
+                           cvol_multiply_report *report)
+{
+    cvol_array *x = NULL, *y = NULL;
+    int code = cvol_array_of_values(context, &x, a);
+    if (!code && a != b)
+        code = cvol_array_of_values(context, &y, b);
+    if (!code)
+        code = cvol_array_multiply(context, out, x, a != b ? y : x, keep, plan, report);
+    cvol_array_free(x);
+    cvol_array_free(y);
+    return code;
+}
+
 int cvol_array_multiply(cvol_context *context, cvol_array **out, const cvol_array *a,
                         const cvol_array *b, const cvol_keep *keep, cvol_plan plan,
                         cvol_multiply_report *report)
@@ -278,6 +295,8 @@ int cvol_array_multiply(cvol_context *context, cvol_array **out, const cvol_arra
     cvol_multiply_report own;
     memset(&own, 0, sizeof own);
     int code = cvol_array_compatible(context, a, b);
+    if (!code && (fabs(a->grid.value_offset) > 0 || fabs(b->grid.value_offset) > 0))
+        return multiply_values(context, out, a, b, keep, plan, report);
     if (!code)
         code = cvol_array_decoded_terms(context, &a, a);
     if (!code)
@@ -292,6 +311,7 @@ int cvol_array_multiply(cvol_context *context, cvol_array **out, const cvol_arra
         code = cvol_array_create_like(context, &array, a);
     if (code)
         return code;
+    cvol_rescale_set(array, a->grid.value_scale * b->grid.value_scale, 0);
     array->error_bound = cvol_error_bound_multiply(&a->error_bound, &b->error_bound);
     code = cvol_array_check_error_bound(context, array, &array->error_bound, "multiply");
     cvol_build_result result = {.max_abs = -1};
