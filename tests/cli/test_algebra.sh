@@ -372,3 +372,20 @@ expect_failure 1 'missing.cvol' cvol add a.cvol missing.cvol -o x.cvol
 head -c 300 b.cvol >cut.cvol
 expect_failure 1 'cut.cvol: truncated' cvol multiply a.cvol cut.cvol -o x.cvol
 expect_no_file x.cvol
+# ---- places and values ------------------------------------------------------------------------------
+
+# nrrd NAME ORIGIN MORE: 4 x 4 x 4 samples in a patient's space.
+nrrd() {
+    {
+        printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 4 4\nspace: left-posterior-superior\n'
+        printf 'space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: %s\nencoding: raw\n%s\n' "$2" "$3"
+        printf 'abcdefghijklmnopqrstuvwxyzabcdefghijklmnopqrstuvwxyzabcdefghijkl'
+    } >"$1"
+}
+nrrd here.nrrd '(0,0,0)' ''
+nrrd there.nrrd '(0,0,5)' ''
+cvol add here.nrrd there.nrrd -o both.cvol >out 2>err
+grep -q 'here.nrrd and there.nrrd lie at different places (origin or direction)' err || fail "add says: $(cat err)"
+cvol compare here.nrrd there.nrrd >out 2>err
+grep -q 'lie at different places' err || fail "compare says: $(cat err)"
+expect_done cvol compare here.nrrd here.nrrd

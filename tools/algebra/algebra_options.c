@@ -147,6 +147,8 @@ int open_operands(cvol_context *context, input in[2], const char *const paths[2]
     if (!status && cvol_array_compatible(context, in[0].array, in[1].array))
         status = report_error(EXIT_FAILED, "%s and %s: %s", paths[0], paths[1],
                               cvol_context_message(context));
+    if (!status)
+        note_places(paths, cvol_array_grid(in[0].array), cvol_array_grid(in[1].array));
     return status;
 }
 

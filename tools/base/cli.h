@@ -333,4 +333,9 @@ int command_evaluate(int argc, char **argv);
 int command_view(int argc, char **argv);
 int command_export(int argc, char **argv);
 
+/* Print a line to stderr if two volumes lie at different places, of which both state a patient's
+ * space; if their samples mean values by different slopes or intercepts. */
+void note_places(const char *const paths[2], const cvol_grid *a, const cvol_grid *b);
+void note_values(const char *const paths[2], const cvol_grid *a, const cvol_grid *b);
+
 #endif

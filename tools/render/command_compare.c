@@ -100,6 +100,11 @@ static int compare_volumes(cvol_context *context, common_options *common, const 
     if (!status && cvol_volume_compare(context, &d, a.volume, b.volume))
         status = report_error(EXIT_FAILED, "%s and %s: %s", a_path, b_path,
                               cvol_context_message(context));
+    if (!status) {
+        const char *const paths[2] = {a_path, b_path};
+        note_places(paths, &a.volume->grid, &b.volume->grid);
+        note_values(paths, &a.volume->grid, &b.volume->grid);
+    }
     if (!status && common->json)
         status = print_json(json_pack("{s:o, s:b, s:o, s:o, s:o}", "psnr_db",
                                       json_decibels(d.psnr_db), "exact", is_exact(d.psnr_db),
