@@ -78,6 +78,12 @@ cvol_grid cvol_grid_make(size_t nx, size_t ny, size_t nz, cvol_type type)
 
 int cvol_grid_check(cvol_context *context, const cvol_grid *grid, const char *name)
 {
+    const int code = cvol_grid_check_file(context, grid, name);
+    return code == CVOL_ERROR_FORMAT ? CVOL_ERROR_ARGUMENT : code;
+}
+
+int cvol_grid_check_file(cvol_context *context, const cvol_grid *grid, const char *name)
+{
     return cvol_grid_check_within(context, grid, name, context->limit_bytes);
 }
 

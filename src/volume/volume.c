@@ -28,16 +28,15 @@ int cvol_dense_check(cvol_context *context, const cvol_volume *volume, const cha
 {
     if (!volume || !volume->data)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: no samples", name);
-    int code = cvol_grid_check(context, &volume->grid, name);
-    return code == CVOL_ERROR_FORMAT ? CVOL_ERROR_ARGUMENT : code;
+    return cvol_grid_check(context, &volume->grid, name);
 }
 
 int cvol_volume_create(cvol_context *context, cvol_volume **out, const cvol_grid *grid)
 {
     *out = NULL;
     int code = cvol_grid_check(context, grid, "volume");
-    if (code) /* here the grid comes from the caller, not from a file */
-        return code == CVOL_ERROR_FORMAT ? CVOL_ERROR_ARGUMENT : code;
+    if (code)
+        return code;
     return cvol_dense_create(context, out, grid, 1);
 }
 

@@ -46,6 +46,9 @@ static void test_addresses(void **state)
     check_ok(cvol_grid_check(context, &grid, "grid"));
 #else
     assert_int_equal(cvol_grid_check(context, &grid, "grid"), CVOL_ERROR_LIMIT);
+    grid = cvol_grid_make(3, 4, 5, CVOL_UINT8);
+    grid.spacing[1] = 0; /* no file is to blame */
+    assert_int_equal(cvol_grid_check(context, &grid, "grid"), CVOL_ERROR_ARGUMENT);
     assert_string_equal(cvol_context_message(context),
                         "grid: 2048 x 2048 x 2048 samples of float64 are more than the limit of "
                         "4294967295 bytes");

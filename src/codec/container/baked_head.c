@@ -168,6 +168,6 @@ int cvol_baked_head_take(cvol_context *context, cvol_baked_file *out, cvol_curso
     if (wrong)
         return fail(context, name, wrong);
     out->slices = out->grid.dims[out->axis];
-    int code = cvol_grid_check(context, &out->grid, name);
+    int code = cvol_grid_check_file(context, &out->grid, name);
     return code ? code : take_points(context, out, points, content, name);
 }

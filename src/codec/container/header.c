@@ -8,6 +8,7 @@
 #include "array/block/exact.h"
 #include "array/core/summary.h"
 #include "base/context.h"
+#include "base/grid.h"
 #include "codec/brick/brick_shape.h"
 #include "codec/brick/subbands.h"
 #include "codec/quantize/coding.h"
@@ -182,7 +183,7 @@ int cvol_head_take(cvol_context *context, cvol_header *header, cvol_cursor *cont
         if (code)
             return code;
     }
-    int code = cvol_grid_check(context, &header->grid, name);
+    int code = cvol_grid_check_file(context, &header->grid, name);
     if (!code)
         code = check_method(context, header, name);
     return code ? code : check_values(context, header, name);
@@ -396,7 +397,7 @@ int cvol_geometry_take(cvol_context *context, cvol_header *header, cvol_cursor *
         return bad(context, name, "GEOM", "space", (double)grid->space, "0, 1 or 2");
     if (grid->unit[sizeof grid->unit - 1])
         return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: section GEOM: unit has no end", name);
-    return cvol_grid_check(context, grid, name);
+    return cvol_grid_check_file(context, grid, name);
 }
 
 /* ---- ERRS ------------------------------------------------------------------------------- */

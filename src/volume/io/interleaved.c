@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/context.h"
+#include "base/grid.h"
 #include "base/memory.h"
 #include "volume/io/inflate.h"
 
@@ -59,7 +60,7 @@ int cvol_interleaved_read(cvol_context *context, cvol_stored *stored, const cvol
 {
     cvol_strided strided = {.first = channel};
     size_t count;
-    int code = cvol_grid_check(context, grid, name);
+    int code = cvol_grid_check_file(context, grid, name);
     if (code)
         return code;
     if (!cvol_size_multiply(&count, cvol_grid_samples(grid), channels) ||

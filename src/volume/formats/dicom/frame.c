@@ -131,7 +131,7 @@ int cvol_dicom_frame_check(cvol_context *context, const cvol_dicom_head *head, c
         code = check_packing(context, head);
     cvol_grid grid = cvol_grid_make(head->columns, head->rows, head->samples, *type);
     if (!code)
-        code = cvol_grid_check(context, &grid, head->path);
+        code = cvol_grid_check_file(context, &grid, head->path);
     if (code || head->is_packed)
         return code;
     cvol_input input;

@@ -270,7 +270,7 @@ int cvol_tiff_read_page(cvol_context *context, cvol_tiff_file *file, cvol_tiff_p
         code = cvol_fail(context, CVOL_ERROR_FORMAT, "%s: SamplesPerPixel is 0", file->path);
     cvol_grid grid = cvol_grid_make(width, height, page->samples, page->type);
     if (!code)
-        code = cvol_grid_check(context, &grid, file->path);
+        code = cvol_grid_check_file(context, &grid, file->path);
     if (code)
         return code;
     page->bytes = cvol_grid_bytes(&grid);
