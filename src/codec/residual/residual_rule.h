@@ -25,8 +25,8 @@ void cvol_residual_scan(int *grain, double *largest, cvol_type type, const void 
 cvol_residual_rule cvol_residual_rule_for(cvol_type type, double bound, double step,
                                           double value_min, double value_max, int grain,
                                           double largest);
-/* True if the residual of a sample can be decoded only with the base of all samples before it in its
- * brick: if exact and of a float type, where the base's exponent chooses how it is coded. */
+/* True if the residual of a sample can be decoded only with the base of all samples before it in
+ * its brick: if exact and of a float type, where the base's exponent chooses how it is coded. */
 int cvol_residual_rule_needs_base(const cvol_residual_rule *rule);
 /* True if a rule from a file is valid. */
 int cvol_residual_rule_valid(const cvol_residual_rule *rule);
