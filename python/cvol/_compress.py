@@ -202,7 +202,8 @@ def compress(
             o = _abi.defaults("compress_options")
             o.block, o.target, o.target_value = block, target, value
             o.max_error = float(max_error) if target == _PSNR and max_error is not None else 0
-            o.lossless, o.lapped, o.effort = lossless, lap, _EFFORTS[effort]
+            exact = lossless or max_error is not None and float(max_error) == 0  # with a PSNR, max_error 0 means: none
+            o.lossless, o.lapped, o.effort = exact, lap, _EFFORTS[effort]
             o.brick[:] = _sides(bricks)
             if fill is not None:
                 o.has_fill, o.fill = 1, float(fill)
@@ -225,7 +226,7 @@ def compress(
                 o.target, o.target_value = _PSNR, _PSNR_INSTEAD
                 volume = _by_codec(samples, grid, o)
         else:
-            if keep is None and (target in (_MAX_ERROR, _BITS) or lossless):
+            if keep is None and (max_error is not None or target == _BITS or lossless):
                 raise ValueError("max_error, bits and lossless need three axes and DCT blocks")
             if bricks is not None:
                 raise ValueError("bricks need three axes and DCT blocks, and cannot be combined with keep")

@@ -24,6 +24,15 @@ def test_lossless_round_trip(dtype):
     assert volume.info.max_error == 0
 
 
+def test_max_error_zero_with_a_psnr_is_lossless(array):
+    few = array[:20, :20, :20]
+    volume = cvol.compress(few, psnr=30, max_error=0)
+    assert volume.info.exact and np.array_equal(volume.to_numpy(), few)
+    for options in ({"max_error": 0}, {"max_error": 2}):
+        with pytest.raises(ValueError, match="max_error, bits and lossless need three axes"):
+            cvol.compress(few[0], psnr=30, **options)
+
+
 def test_what_it_is(array, volume, path):
     for v in (volume, cvol.open(path)):
         assert v.shape == array.shape == (70, 24, 80) and len(v) == 70 and v.ndim == 3
