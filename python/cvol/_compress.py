@@ -172,7 +172,7 @@ def compress(
     """
     if isinstance(array, (str, bytes, os.PathLike)):
         raise TypeError(f"{array!r} is a name, not an array: read the file with samples, geometry = cvol.read(name)")
-    if np.ndim(array) > 4:
+    if not 1 <= np.ndim(array) <= 4:
         raise ValueError(f"the array has {np.ndim(array)} axes, must have 1 to 4")
     if np.ndim(array) == 4:
         settings = dict(psnr=psnr, max_error=max_error, bits=bits, lossless=lossless, labels=labels, keep=keep,

@@ -33,6 +33,17 @@ def test_max_error_zero_with_a_psnr_is_lossless(array):
             cvol.compress(few[0], psnr=30, **options)
 
 
+def test_constant_arrays():
+    for constant in (np.full((64, 64), 7, np.int16), np.full(50, -3.5, "f4"), np.array([3.0]), np.full((3, 4, 5), 9)):
+        for options in ({"psnr": 40}, {"psnr": 40, "transform": "dft"}, {"psnr": 40, "block": 0}):
+            volume = cvol.compress(constant, **options)
+            assert volume.info.exact and np.array_equal(volume.to_numpy(), constant), options
+    with pytest.warns(UserWarning, match="compressed to 35 dB instead"):  # too few samples for the ratio
+        assert np.array_equal(cvol.compress([3.0]).to_numpy(), [3.0])
+    with pytest.raises(ValueError, match="the array has 0 axes, must have 1 to 4"):
+        cvol.compress(5)
+
+
 def test_what_it_is(array, volume, path):
     for v in (volume, cvol.open(path)):
         assert v.shape == array.shape == (70, 24, 80) and len(v) == 70 and v.ndim == 3
