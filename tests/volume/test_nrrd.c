@@ -276,6 +276,41 @@ static void test_nrrd_space(void **state)
                "spacings has the value '1mm'", "");
 }
 
+/* Axes of different units are converted to that of x. */
+static void test_nrrd_units(void **state)
+{
+    (void)state;
+#define SPACED TYPE8 SIZES "spacings: 1 2 3000\n"
+    cvol_volume *v = read_ok(nrrd(SPACED "units: \"mm\" \"mm\" \"um\"\n" RAW, 12));
+    assert_true(v->grid.spacing[0] == 1 && v->grid.spacing[1] == 2 && v->grid.spacing[2] == 3);
+    assert_string_equal(v->grid.unit, "mm");
+    cvol_volume_free(v);
+    v = read_ok(nrrd(SPACED "units: \"???\" \"microns\" \"\"\n" RAW, 12));
+    assert_true(v->grid.spacing[2] == 3000);
+    assert_string_equal(v->grid.unit, "um");
+    cvol_volume_free(v);
+    /* The units of channels are not those of the volume. */
+    v = read_ok(nrrd(TYPE8 "dimension: 4\nsizes: 1 2 3 2\nspacings: nan 1 1 1000\n"
+                           "units: \"s\" \"mm\" \"mm\" \"um\"\n" RAW,
+                     12));
+    assert_true(v->grid.spacing[0] == 1 && v->grid.spacing[2] == 1);
+    assert_string_equal(v->grid.unit, "mm");
+    cvol_volume_free(v);
+    /* Units of the space belong to the components of vectors. */
+    v = read_ok(nrrd(TYPE8 SIZES "space: RAS\nspace origin: (1,2,3000)\n"
+                                 "space directions: (0,0,4000) (0,5,0) (6,0,0)\n"
+                                 "space units: \"mm\" \"mm\" \"um\"\n" RAW,
+                     12));
+    assert_true(v->grid.spacing[0] == 4 && v->grid.spacing[1] == 5 && v->grid.spacing[2] == 6);
+    assert_true(v->grid.origin[2] == 3 && v->grid.direction[0][2] == 1);
+    cvol_volume_free(v);
+    read_fails(nrrd(SPACED "units: \"mm\" \"mm\" \"s\"\n" RAW, 12), CVOL_ERROR_UNSUPPORTED,
+               "units '\"mm\" \"mm\" \"s\"' do not convert", "");
+    v = read_ok(nrrd(TYPE8 "dimension: 3\nsizes: 4 3 1\nunits: \"mm\" \"mm\" \"s\"\n" RAW, 12));
+    assert_string_equal(v->grid.unit, "mm"); /* one sample has no distance */
+    cvol_volume_free(v);
+}
+
 static void test_nrrd_detached(void **state)
 {
     (void)state;
@@ -438,12 +473,12 @@ static void test_nrrd_headers(void **state)
 int main(void)
 {
     const struct CMUnitTest reading[] = {
-        cmocka_unit_test(test_nrrd_plain),   cmocka_unit_test(test_nrrd_endian),
-        cmocka_unit_test(test_nrrd_types),   cmocka_unit_test(test_nrrd_text),
-        cmocka_unit_test(test_nrrd_axes),    cmocka_unit_test(test_nrrd_volumes),
-        cmocka_unit_test(test_nrrd_space),   cmocka_unit_test(test_nrrd_detached),
-        cmocka_unit_test(test_nrrd_gzip),    cmocka_unit_test(test_nrrd_lies),
-        cmocka_unit_test(test_nrrd_headers),
+        cmocka_unit_test(test_nrrd_plain),    cmocka_unit_test(test_nrrd_endian),
+        cmocka_unit_test(test_nrrd_types),    cmocka_unit_test(test_nrrd_text),
+        cmocka_unit_test(test_nrrd_axes),     cmocka_unit_test(test_nrrd_volumes),
+        cmocka_unit_test(test_nrrd_space),    cmocka_unit_test(test_nrrd_units),
+        cmocka_unit_test(test_nrrd_detached), cmocka_unit_test(test_nrrd_gzip),
+        cmocka_unit_test(test_nrrd_lies),     cmocka_unit_test(test_nrrd_headers),
     };
     return cmocka_run_group_tests(reading, files_setup, files_teardown) != 0;
 }
