@@ -276,15 +276,26 @@ def transcode(
     psnr: Optional[float] = None,
     bits: Optional[float] = None,
     bricks: Union[int, tuple[int, int, int], None] = None,
+    force: bool = False,
 ) -> Volume:
     """Makes a coarser volume (DCT blocks) from a compressed one, without decoding samples. Its error is certified,
-    not measured. bricks: see `compress` (None: those of the volume)."""
+    not measured. bricks: see `compress` (None: those of the volume). force: make labels lossy, which are stored
+    without loss, and keep to ratio or bits even below 25 dB; without it both are a `TargetError`."""
     out = out_pointer()
     o = _abi.defaults("compress_options")
+    o.least_psnr = 0 if force else _LEAST_PSNR
     o.target, o.target_value = _target(ratio, psnr, None, bits, False, None)
     o.brick[:] = _sides(bricks)
     if not math.isfinite(o.target_value):
         raise ValueError(f"the target is {o.target_value}, must be finite")
+    exact = volume.info.exact and volume.dtype.kind in "iu"
+    if exact and not force and is_labels(volume.to_numpy()):
+        raise TargetError("the samples are labels, which transcoding would change; force=True makes them lossy")
     with volume._store.whole() as array, Call() as call:
-        call("array_transcode", c.byref(out), None, array, c.byref(o))
+        try:
+            call("array_transcode", c.byref(out), None, array, c.byref(o))
+        except TargetError as error:
+            if o.target != _PSNR and " PSNR of " in str(error):  # the least one
+                raise _refusal(str(error)) from None
+            raise
         return Volume._take(out)
