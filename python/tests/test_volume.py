@@ -44,6 +44,15 @@ def test_constant_arrays():
         cvol.compress(5)
 
 
+def test_spacing_of_read_is_positive(tmp_path, array):
+    path = tmp_path / "a.npy"
+    np.save(path, array[:3])
+    assert cvol.read(path, spacing=(3, 2, 1))[1].spacing == (3, 2, 1)
+    for spacing in ((0, 2, 3), (1, 2, 0), (1, -1, 1), (1, math.inf, 1), (1, 2), 0):
+        with pytest.raises(cvol.ArgumentError, match="spacing is .*, must be three numbers above 0"):
+            cvol.read(path, spacing=spacing)
+
+
 def test_what_it_is(array, volume, path):
     for v in (volume, cvol.open(path)):
         assert v.shape == array.shape == (70, 24, 80) and len(v) == 70 and v.ndim == 3
