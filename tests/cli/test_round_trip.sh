@@ -181,6 +181,20 @@ expect_done cvol compress in.raw a.cvol $raw --bpv 0.0001 --force
 grep -q '(0.0001 bits per voxel is out of reach' "$out" || fail 'must print that it is out of reach'
 expect_done cvol compress in.raw a.cvol $raw --bpv 0.0001 --force --json
 expect_equal "$(value_of target_met)" false
+# Out of reach is also a size that the finest lossy file does not need.
+make_volume smooth.raw float64 40x36x32
+smooth='--dims 40x36x32 --type float64'
+for target in '--bpv 30' '--ratio 2'; do
+    expect_done cvol compress smooth.raw s.cvol $smooth $target
+    grep -q 'is out of reach: the finest lossy file is smaller; give --lossless' "$out" ||
+        fail 'must print that the finest file is smaller'
+    expect_done cvol compress smooth.raw smooth.raw -o s.cvol $smooth $target
+    grep -q '2 volumes: the target is out of reach; their finest lossy files are smaller' "$out" ||
+        fail 'must print that the finest files are smaller'
+done
+expect_done cvol compress flat.raw a.cvol $raw --ratio 100000
+grep -q 'ratio 100000 is out of reach: the file is lossless, and lossy ones are not smaller' "$out" ||
+    fail 'must print that the file is lossless'
 # A bit rate is equivalent to a ratio for the bits of the type.
 expect_done cvol compress in.raw a.cvol $raw --bpv 0.5
 expect_done cvol compress in.raw b.cvol $raw --ratio 32
