@@ -311,6 +311,46 @@ static void test_nrrd_units(void **state)
     cvol_volume_free(v);
 }
 
+/* Ends of axes instead of spacings; each sample is a node, or the middle of a cell. */
+static void test_nrrd_extents(void **state)
+{
+    (void)state;
+#define ENDS "axis mins: 1 2 3\naxis maxs: 4 5 6\n"
+    for (int node = 0; node < 2; node++) {
+        cvol_volume *v = read_ok(
+            nrrd(node ? TYPE8 "dimension: 3\nsizes: 7 6 5\n" ENDS "centers: node node node\n" RAW
+                      : TYPE8 "dimension: 3\nsizes: 6 5 4\n" ENDS "centers: cell CELL ???\n" RAW,
+                 node ? 210 : 120));
+        const double spacing[3] = {0.5, 0.6, 0.75};
+        for (int a = 0; a < 3; a++) {
+            assert_true(v->grid.spacing[a] == spacing[a]);
+            assert_true(v->grid.origin[a] == 1 + a + (node ? 0 : spacing[a] / 2));
+            assert_true(v->grid.direction[a][a] == 1);
+        }
+        cvol_volume_free(v);
+    }
+    /* Spacings take precedence; an axis may run backwards; one node has no distance. */
+    cvol_volume *v = read_ok(nrrd(TYPE8 "dimension: 3\nsizes: 2 3 1\nspacings: 4 nan nan\n"
+                                        "axismins: 1 6 7\naxismaxs: 9 2 7\n"
+                                        "centerings: cell node node\n"
+                                        "units: \"mm\" \"um\" \"mm\"\n" RAW,
+                                  6));
+    assert_true(v->grid.spacing[0] == 4 && v->grid.spacing[1] == 2e-3 && v->grid.spacing[2] == 1);
+    assert_true(v->grid.origin[0] == 3 && v->grid.origin[1] == 6e-3 && v->grid.origin[2] == 7);
+    assert_true(v->grid.direction[0][0] == 1 && v->grid.direction[1][1] == -1);
+    cvol_volume_free(v);
+    /* Positions in space replace them. */
+    v = read_ok(nrrd(TYPE8 SIZES ENDS "space: RAS\nspace origin: (7,8,9)\n"
+                                      "space directions: (2,0,0) (0,2,0) (0,0,2)\n" RAW,
+                     12));
+    assert_true(v->grid.spacing[1] == 2 && v->grid.origin[0] == 7);
+    cvol_volume_free(v);
+    read_fails(nrrd(TYPE8 SIZES "axis mins: 1 2 3\naxis maxs: 4 2 6\n" RAW, 12), CVOL_ERROR_FORMAT,
+               "axis maxs '4 2 6' are those of axis mins", "");
+    read_fails(nrrd(TYPE8 SIZES "axis mins: 1 2\n" RAW, 12), CVOL_ERROR_FORMAT, "axis mins has 2",
+               "");
+}
+
 static void test_nrrd_detached(void **state)
 {
     (void)state;
@@ -473,12 +513,13 @@ static void test_nrrd_headers(void **state)
 int main(void)
 {
     const struct CMUnitTest reading[] = {
-        cmocka_unit_test(test_nrrd_plain),    cmocka_unit_test(test_nrrd_endian),
-        cmocka_unit_test(test_nrrd_types),    cmocka_unit_test(test_nrrd_text),
-        cmocka_unit_test(test_nrrd_axes),     cmocka_unit_test(test_nrrd_volumes),
-        cmocka_unit_test(test_nrrd_space),    cmocka_unit_test(test_nrrd_units),
-        cmocka_unit_test(test_nrrd_detached), cmocka_unit_test(test_nrrd_gzip),
-        cmocka_unit_test(test_nrrd_lies),     cmocka_unit_test(test_nrrd_headers),
+        cmocka_unit_test(test_nrrd_plain),   cmocka_unit_test(test_nrrd_endian),
+        cmocka_unit_test(test_nrrd_types),   cmocka_unit_test(test_nrrd_text),
+        cmocka_unit_test(test_nrrd_axes),    cmocka_unit_test(test_nrrd_volumes),
+        cmocka_unit_test(test_nrrd_space),   cmocka_unit_test(test_nrrd_units),
+        cmocka_unit_test(test_nrrd_extents), cmocka_unit_test(test_nrrd_detached),
+        cmocka_unit_test(test_nrrd_gzip),    cmocka_unit_test(test_nrrd_lies),
+        cmocka_unit_test(test_nrrd_headers),
     };
     return cmocka_run_group_tests(reading, files_setup, files_teardown) != 0;
 }

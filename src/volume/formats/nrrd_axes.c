@@ -125,16 +125,51 @@ static int read_dimension(nrrd *n)
     return code;
 }
 
+/* One number for each of the file's axes; NaN, the format's word for unknown, without the field. */
+static int read_numbers(nrrd *n, int field, double numbers[MAX_AXES])
+{
+    for (int a = 0; a < MAX_AXES; a++)
+        numbers[a] = NAN;
+    return cvol_text_header_numbers(&n->header, field, numbers, n->dimension, "dimension");
+}
+
+/* Sets axis `a` of the grid by the positions of its ends; *step, signed, is the distance of samples
+ * that the header gives, or NaN. The ends are those of the first and the last sample with centers
+ * "node". With "cell", which the library of the format takes if they are unknown, each sample is
+ * the middle of a cell, and the ends are those of the cells. */
+static int set_extent(nrrd *n, int a, double min, double max, double *step)
+{
+    char center[8];
+    cvol_nrrd_get_word(center, sizeof center, n->header.value[NRRD_CENTERS], n->kept[a]);
+    const int is_node = !strcasecmp(center, "node");
+    const size_t steps = n->grid.dims[a] - (size_t)is_node;
+    if (isnan(*step) && isfinite(max - min) && steps > 0) {
+        double vector[3] = {0, 0, 0};
+        vector[a] = *step = (max - min) / (double)steps;
+        if (!cvol_geometry_set_axis(&n->grid, a, vector))
+            return cvol_text_header_fail(&n->header, NRRD_AXIS_MAXS, "are those of axis mins");
+    }
+    if (isfinite(min))
+        n->grid.origin[a] = min + (is_node || isnan(*step) ? 0 : *step / 2);
+    return CVOL_OK;
+}
+
+/* Spacings, and the ends of axes. Directions in space exclude both. */
 static int read_spacings(nrrd *n)
 {
-    double spacings[MAX_AXES];
-    if (!n->header.value[NRRD_SPACINGS])
-        return CVOL_OK;
-    int code = cvol_text_header_numbers(&n->header, NRRD_SPACINGS, spacings, n->dimension,
-                                        "dimension");
-    for (size_t a = 0; !code && a < 3 && a < n->dimension; a++)
-        if (!isnan(spacings[n->kept[a]])) /* the format's word for unknown */
-            n->grid.spacing[a] = spacings[n->kept[a]];
+    double spacings[MAX_AXES], mins[MAX_AXES], maxs[MAX_AXES];
+    int code = read_numbers(n, NRRD_SPACINGS, spacings);
+    if (!code)
+        code = read_numbers(n, NRRD_AXIS_MINS, mins);
+    if (!code)
+        code = read_numbers(n, NRRD_AXIS_MAXS, maxs);
+    for (int a = 0; !code && a < 3 && (size_t)a < n->dimension; a++) {
+        const size_t axis = n->kept[a];
+        if (!isnan(spacings[axis]))
+            n->grid.spacing[a] = spacings[axis];
+        if (!n->header.value[NRRD_SPACE_DIRECTIONS])
+            code = set_extent(n, a, mins[axis], maxs[axis], &spacings[axis]);
+    }
     return code;
 }
 
@@ -254,6 +289,8 @@ static void convert_axes(nrrd *n, directions *d, const double factor[3])
 {
     for (size_t a = 0; a < 3 && a < n->dimension; a++) {
         n->grid.spacing[a] *= factor[a];
+        if (!n->header.value[NRRD_SPACE_ORIGIN])
+            n->grid.origin[a] *= factor[a];
         for (int i = 0; i < 3; i++)
             d->vector[n->kept[a]][i] *= factor[a];
     }
@@ -265,6 +302,8 @@ static void convert_space(nrrd *n, directions *d, const double factor[3])
         for (size_t a = 0; a < n->dimension; a++)
             d->vector[a][i] *= factor[i];
         n->grid.origin[i] *= factor[i];
+        if (!n->header.value[NRRD_SPACE_DIRECTIONS])
+            n->grid.spacing[i] *= factor[i];
     }
 }
 
