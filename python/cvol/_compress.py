@@ -281,6 +281,8 @@ def transcode(
     """Makes a coarser volume (DCT blocks) from a compressed one, without decoding samples. Its error is certified,
     not measured. bricks: see `compress` (None: those of the volume). force: make labels lossy, which are stored
     without loss, and keep to ratio or bits even below 25 dB; without it both are a `TargetError`."""
+    if not isinstance(volume, Volume):
+        raise TypeError(f"the volume is {volume!r}, must be a cvol.Volume")
     out = out_pointer()
     o = _abi.defaults("compress_options")
     o.least_psnr = 0 if force else _LEAST_PSNR

@@ -53,6 +53,29 @@ def test_spacing_of_read_is_positive(tmp_path, array):
             cvol.read(path, spacing=spacing)
 
 
+def test_geometry_fits_the_array(array):
+    few, G = array[:4, :5, :6], cvol.Geometry
+    for wrong, samples, words in (
+        (G(spacing=(3, 4)), few, "spacing of 2 axes, and the array has 3"),
+        (G(spacing=(3, 4, 5)), few[0].astype("f4"), "spacing of 3 axes, and the array has 2"),
+        (G(direction=np.zeros((3, 3))), few, "unit vectors"),
+        (G(direction=5 * np.eye(3)), few, "unit vectors"),
+        (G(direction=np.eye(3)[:2]), few, r"shape \(2, 3\), must be a vector \(X, Y, Z\) for each of 3 axes"),
+        (G(direction=[[1, 0], [0, 1], [1, 1]]), few, r"shape \(3, 2\)"),
+    ):
+        with pytest.raises(cvol.ArgumentError, match=words):
+            cvol.compress(samples, psnr=40, geometry=wrong)
+    with pytest.raises(TypeError, match="must be a cvol.Geometry"):
+        cvol.compress(few, psnr=40, geometry=3)
+    with pytest.raises(TypeError, match="must be a cvol.Volume"):
+        cvol.transcode(3, 40)
+    plane = cvol.compress(few[0].astype("f4"), psnr=40, geometry=G(spacing=(3, 4), direction=np.eye(3)[:2]))
+    assert plane.spacing == (3, 4)
+    assert cvol.compress(few[0].astype("f4"), psnr=40, geometry=G(unit="mm")).spacing == (1, 1)
+    turned = G(spacing=(3, 4, 5), direction=np.eye(3)[[1, 0, 2]])
+    assert np.allclose(cvol.compress(few, psnr=40, geometry=turned).affine, turned.affine())
+
+
 def test_what_it_is(array, volume, path):
     for v in (volume, cvol.open(path)):
         assert v.shape == array.shape == (70, 24, 80) and len(v) == 70 and v.ndim == 3
