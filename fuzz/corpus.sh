@@ -55,7 +55,7 @@ for method in 'mask_float --fill nan --psnr 40' 'mask_max_error --fill nan --max
     "$tools/cvol" compress holes.raw "$out/$name.cvol" --dims 20x18x17 --type float32 "$@" >/dev/null
 done
 "$tools/tests/helpers/make_terms" "$out/split.cvol" 20x18x17 16 1 0 1 7
-"$tools/cvol" transcode "$out/lapped.cvol" --ratio 30 "$out/transcoded.cvol" >/dev/null
+"$tools/cvol" transcode "$out/lapped.cvol" --ratio 30 --force "$out/transcoded.cvol" >/dev/null
 
 # Several volumes: two times, two channels.
 "$tools/tests/helpers/make_volume" many.raw uint8 12x11x10

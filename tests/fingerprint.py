@@ -163,7 +163,7 @@ def commands():
         yield "compress " + name, f"compress {first} {name}.cvol {rest}", name + ".cvol", {}
     for name in COMPRESS:
         yield "decompress " + name, f"decompress {name}.cvol {name}.npy", name + ".npy", {}
-    for name, target in (("ratio", "--ratio 90"), ("psnr", "--psnr 38"), ("bricks", "--bricks 32")):
+    for name, target in (("ratio", "--ratio 90 --force"), ("psnr", "--psnr 38"), ("bricks", "--bricks 32")):
         yield "transcode " + name, f"transcode head-psnr.cvol t-{name}.cvol {target}", f"t-{name}.cvol", {}
     for name, line in ALGEBRA.items():
         yield "algebra " + name, f"{line} -o a-{name}.cvol", f"a-{name}.cvol", {}

@@ -46,7 +46,7 @@ typedef struct cvol_compress_options {
     cvol_target target;
     double target_value;
     double least_psnr; /* dB: if a ratio or bits give less, compression fails with TARGET and a
-                          report; 0: no limit. Not for transcoding */
+                          report; 0: no limit */
     double max_error;  /* with a PSNR: no sample changes by more than this; 0: no limit */
     int lossless; /* every sample decodes to its original bits, for any type; the target does not
                      matter */
@@ -160,7 +160,8 @@ CVOL_API int cvol_volume_compute_is_labels(cvol_context *context, int *out,
  * the PSNR that this bound guarantees, 2 to 3 dB below the real one. A ratio is met, and exceeded
  * by at most 3 %, unless no weight of bits gives such a size. report (may be NULL) and *out: as for
  * cvol_compress. Cost: about twelve codings of the terms. Errors: ARGUMENT, UNSUPPORTED (not a
- * volume in blocks; a maximum error), TARGET (finer than `array`), DATA, MEMORY, CANCELLED. */
+ * volume in blocks; a maximum error), TARGET (finer than `array`; or the PSNR of the result, which
+ * the report has, is below least_psnr), DATA, MEMORY, CANCELLED. */
 CVOL_API int cvol_array_transcode(cvol_context *context, cvol_array **out,
                                   cvol_compress_report *report, const cvol_array *array,
                                   const cvol_compress_options *options);

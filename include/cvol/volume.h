@@ -221,7 +221,8 @@ CVOL_API int cvol_volume_resample(cvol_context *context, cvol_volume **out, uint
                                   const cvol_volume *from, const cvol_grid *grid, int labels);
 
 /* The difference of volume b from volume a (same dims): RMSE, largest |a - b|, and psnr_db = 20
- * log10((max a - min a) / rmse), infinity if they are equal. */
+ * log10((max a - min a) / rmse), infinity if they are equal. Samples that are NaN in both, or the
+ * same infinity, are left out. */
 typedef struct cvol_volume_difference {
     double psnr_db, rmse, max_abs_error, peak;
 } cvol_volume_difference;

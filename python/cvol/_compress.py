@@ -172,7 +172,7 @@ def compress(
     """
     if isinstance(array, (str, bytes, os.PathLike)):
         raise TypeError(f"{array!r} is a name, not an array: read the file with samples, geometry = cvol.read(name)")
-    if np.ndim(array) > 4:
+    if not 1 <= np.ndim(array) <= 4:
         raise ValueError(f"the array has {np.ndim(array)} axes, must have 1 to 4")
     if np.ndim(array) == 4:
         settings = dict(psnr=psnr, max_error=max_error, bits=bits, lossless=lossless, labels=labels, keep=keep,
@@ -202,7 +202,8 @@ def compress(
             o = _abi.defaults("compress_options")
             o.block, o.target, o.target_value = block, target, value
             o.max_error = float(max_error) if target == _PSNR and max_error is not None else 0
-            o.lossless, o.lapped, o.effort = lossless, lap, EFFORTS[effort]
+            exact = lossless or max_error is not None and float(max_error) == 0  # with a PSNR, max_error 0 means: none
+            o.lossless, o.lapped, o.effort = exact, lap, EFFORTS[effort]
             o.brick[:] = _sides(bricks)
             if fill is not None:
                 o.has_fill, o.fill = 1, float(fill)
@@ -225,7 +226,7 @@ def compress(
                 o.target, o.target_value = _PSNR, PSNR_INSTEAD
                 volume = _by_codec(samples, grid, o)
         else:
-            if keep is None and (target in (_MAX_ERROR, _BITS) or lossless):
+            if keep is None and (max_error is not None or target == _BITS or lossless):
                 raise ValueError("max_error, bits and lossless need three axes and DCT blocks")
             if bricks is not None:
                 raise ValueError("bricks need three axes and DCT blocks, and cannot be combined with keep")
@@ -275,15 +276,28 @@ def transcode(
     psnr: Optional[float] = None,
     bits: Optional[float] = None,
     bricks: Union[int, tuple[int, int, int], None] = None,
+    force: bool = False,
 ) -> Volume:
     """Makes a coarser volume (DCT blocks) from a compressed one, without decoding samples. Its error is certified,
-    not measured. bricks: see `compress` (None: those of the volume)."""
+    not measured. bricks: see `compress` (None: those of the volume). force: make labels lossy, which are stored
+    without loss, and keep to ratio or bits even below 25 dB; without it both are a `TargetError`."""
+    if not isinstance(volume, Volume):
+        raise TypeError(f"the volume is {volume!r}, must be a cvol.Volume")
     out = out_pointer()
     o = _abi.defaults("compress_options")
+    o.least_psnr = 0 if force else _LEAST_PSNR
     o.target, o.target_value = _target(ratio, psnr, None, bits, False, None)
     o.brick[:] = _sides(bricks)
     if not math.isfinite(o.target_value):
         raise ValueError(f"the target is {o.target_value}, must be finite")
+    exact = volume.info.exact and volume.dtype.kind in "iu"
+    if exact and not force and is_labels(volume.to_numpy()):
+        raise TargetError("the samples are labels, which transcoding would change; force=True makes them lossy")
     with volume._store.whole() as array, Call() as call:
-        call("array_transcode", c.byref(out), None, array, c.byref(o))
+        try:
+            call("array_transcode", c.byref(out), None, array, c.byref(o))
+        except TargetError as error:
+            if o.target != _PSNR and " PSNR of " in str(error):  # the least one
+                raise _refusal(str(error)) from None
+            raise
         return Volume._take(out)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _abi
-from ._call import DataError
+from ._call import ArgumentError, DataError
 
 TYPES: dict[int, np.dtype[Any]] = {
     1: np.dtype(np.uint8), 2: np.dtype(np.int8), 3: np.dtype(np.uint16), 4: np.dtype(np.int16),
@@ -80,6 +80,19 @@ def _numbers(values: Union[float, Sequence[float]], count: int, name: str) -> li
     return out
 
 
+def _directions(direction: Sequence[Sequence[float]], rank: int) -> NDArray[np.float64]:
+    """Unit vectors in the order of the library. Of an array of fewer axes, the others may be left out."""
+    try:
+        rows = np.asarray(direction, float)
+    except (TypeError, ValueError):
+        rows = np.empty(0)
+    if rows.ndim != 2 or rows.shape[1] != 3 or not rank <= len(rows) <= 3:
+        raise ArgumentError(f"direction has shape {rows.shape}, must be a vector (X, Y, Z) for each of {rank} axes")
+    if not np.allclose(np.linalg.norm(rows, axis=1), 1, rtol=0, atol=1e-3):
+        raise ArgumentError("direction must have unit vectors; lengths belong to spacing")
+    return rows[::-1]
+
+
 def make_grid(
     shape: Sequence[int], dtype: Any, geometry: Optional[Geometry] = None,
     spacing: Union[float, Sequence[float], None] = None,
@@ -92,6 +105,8 @@ def make_grid(
     dims = list(shape[::-1]) + [1] * (3 - rank)
     grid = _abi.functions["grid_make"](*dims, type_number(dtype))
     if geometry is not None:
+        if not isinstance(geometry, Geometry):
+            raise TypeError(f"geometry is {geometry!r}, must be a cvol.Geometry")
         if not math.isfinite(geometry.value_scale + geometry.value_offset):
             raise ValueError("value_scale and value_offset must be finite")
         if geometry.space not in _SPACES:
@@ -104,11 +119,13 @@ def make_grid(
         for a, value in enumerate(_numbers(geometry.origin, 3, "origin")):
             grid.origin[a] = value
         if geometry.direction is not None:
-            for a, row in enumerate(reversed(list(geometry.direction))):
-                for b, value in enumerate(_numbers(row, 3, "direction")):
-                    grid.direction[a][b] = value
-        if spacing is None:
-            spacing = geometry.spacing if len(geometry.spacing) == rank else None
+            for a, row in enumerate(_directions(geometry.direction, rank)):
+                grid.direction[a][:] = row.tolist()
+        own = np.asarray(geometry.spacing, float)
+        if spacing is None and own.tolist() != list(Geometry.spacing):  # the default is for any number of axes
+            spacing = own.tolist()
+            if own.ndim and len(own) != rank:
+                raise ArgumentError(f"geometry has a spacing of {len(own)} axes, and the array has {rank}")
     if spacing is not None:
         for a, value in enumerate(reversed(_numbers(spacing, rank, "spacing"))):
             grid.spacing[a] = value

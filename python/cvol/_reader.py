@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ctypes as c
+import math
 import os
+from collections.abc import Sequence
 from functools import partial
 from typing import Any, Callable, NamedTuple, Optional, TypeVar, Union
 
@@ -11,11 +13,19 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from . import _abi
-from ._call import Call, Handle, UnsupportedError, out_pointer, path_bytes
+from ._call import ArgumentError, Call, Handle, UnsupportedError, out_pointer, path_bytes
 from ._geometry import TYPES, Geometry, address, copy_grid, grid_geometry, grid_shape
 from ._geometry import make_grid, samples_of, type_number
 
 _Result = TypeVar("_Result")
+
+
+def _spacing(spacing: Sequence[float]) -> list[float]:
+    """Three numbers in the order of the library, where 0 would mean: as in the file."""
+    numbers = [float(v) for v in np.atleast_1d(np.asarray(spacing, float))]
+    if len(numbers) != 3 or not all(v > 0 and math.isfinite(v) for v in numbers):
+        raise ArgumentError(f"spacing is {spacing!r}, must be three numbers above 0, of z, y and x")
+    return numbers[::-1]
 
 
 class Reading(NamedTuple):
@@ -37,7 +47,7 @@ class Reading(NamedTuple):
         if self.dtype is not None:
             o.type = type_number(self.dtype)
         if self.spacing is not None:
-            o.spacing[:] = [float(v) for v in self.spacing[::-1]]
+            o.spacing[:] = _spacing(self.spacing)
         o.big_endian = self.big_endian
         if self.channel is not None:
             o.has_channel, o.channel = 1, self.channel

@@ -33,6 +33,21 @@ def test_a_target_or_no_labels_is_what_is_done():
     assert cvol.compress(labels, labels=False, lossless=True).info.exact
 
 
+def test_transcode_keeps_labels_and_the_least_psnr(array):
+    labels = make_labels()
+    volume = cvol.compress(labels)
+    for options in ({"ratio": 400}, {"psnr": 30}, {"bits": 0.01}):
+        with pytest.raises(cvol.TargetError, match="are labels"):
+            cvol.transcode(volume, **options)
+    assert not cvol.transcode(volume, psnr=30, force=True).info.exact
+    scan = cvol.compress(array, psnr=40, effort="fast")
+    for options in ({"ratio": 1000}, {"bits": 0.01}):
+        with pytest.raises(cvol.TargetError, match="less than 25 dB; give psnr=35 for more quality, or force=True"):
+            cvol.transcode(scan, **options)
+        assert cvol.transcode(scan, **options, force=True).info.psnr_db < 25
+    assert cvol.transcode(scan, psnr=20).info.psnr_db < 25
+
+
 def test_labels_are_what_one_says_they_are(array):
     few = np.zeros((12, 10, 9), np.int32)
     few[2, 3, 4], few[7, 1, 1:3] = 70000, 3

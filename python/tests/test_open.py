@@ -32,6 +32,23 @@ def test_formats(tmp_path, small, name):
         assert v.spacing == (2, 1, 0.5)
 
 
+@pytest.mark.skipif(".tif" not in cvol.formats(), reason="built without TIFF")
+def test_units_of_ome(tmp_path, small):
+    """Each axis has a unit; spacings are converted to that of x."""
+    path = tmp_path / "a.ome.tif"
+    cvol.write(path, small, geometry=cvol.Geometry(spacing=(2, 1, 0.5), unit="um"))
+    data = path.read_bytes()
+    old = 'PhysicalSizeZUnit="\u00b5m"'.encode()
+    assert data.count(old) == 1 and cvol.read(path)[1].spacing == (2, 1, 0.5)
+    path.write_bytes(data.replace(old, b'PhysicalSizeZUnit="mm" '))
+    found = cvol.read(path)[1]
+    assert found.spacing == (2000, 1, 0.5) and found.unit == "um"
+    path.write_bytes(data.replace(old, b'PhysicalSizeZUnit="px" '))
+    with pytest.raises(cvol.UnsupportedError, match="do not convert into each other: give spacing="):
+        cvol.read(path)
+    assert cvol.read(path, spacing=(5, 1, 1))[1].spacing == (5, 1, 1)
+
+
 def test_options_of_compress(tmp_path, small):
     cvol.write(tmp_path / "a.nrrd", small, geometry=PLACE)
     v = cvol.open(tmp_path / "a.nrrd", compress={"psnr": 40})

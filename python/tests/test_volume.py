@@ -24,6 +24,58 @@ def test_lossless_round_trip(dtype):
     assert volume.info.max_error == 0
 
 
+def test_max_error_zero_with_a_psnr_is_lossless(array):
+    few = array[:20, :20, :20]
+    volume = cvol.compress(few, psnr=30, max_error=0)
+    assert volume.info.exact and np.array_equal(volume.to_numpy(), few)
+    for options in ({"max_error": 0}, {"max_error": 2}):
+        with pytest.raises(ValueError, match="max_error, bits and lossless need three axes"):
+            cvol.compress(few[0], psnr=30, **options)
+
+
+def test_constant_arrays():
+    for constant in (np.full((64, 64), 7, np.int16), np.full(50, -3.5, "f4"), np.array([3.0]), np.full((3, 4, 5), 9)):
+        for options in ({"psnr": 40}, {"psnr": 40, "transform": "dft"}, {"psnr": 40, "block": 0}):
+            volume = cvol.compress(constant, **options)
+            assert volume.info.exact and np.array_equal(volume.to_numpy(), constant), options
+    with pytest.warns(UserWarning, match="compressed to 35 dB instead"):  # too few samples for the ratio
+        assert np.array_equal(cvol.compress([3.0]).to_numpy(), [3.0])
+    with pytest.raises(ValueError, match="the array has 0 axes, must have 1 to 4"):
+        cvol.compress(5)
+
+
+def test_spacing_of_read_is_positive(tmp_path, array):
+    path = tmp_path / "a.npy"
+    np.save(path, array[:3])
+    assert cvol.read(path, spacing=(3, 2, 1))[1].spacing == (3, 2, 1)
+    for spacing in ((0, 2, 3), (1, 2, 0), (1, -1, 1), (1, math.inf, 1), (1, 2), 0):
+        with pytest.raises(cvol.ArgumentError, match="spacing is .*, must be three numbers above 0"):
+            cvol.read(path, spacing=spacing)
+
+
+def test_geometry_fits_the_array(array):
+    few, G = array[:4, :5, :6], cvol.Geometry
+    for wrong, samples, words in (
+        (G(spacing=(3, 4)), few, "spacing of 2 axes, and the array has 3"),
+        (G(spacing=(3, 4, 5)), few[0].astype("f4"), "spacing of 3 axes, and the array has 2"),
+        (G(direction=np.zeros((3, 3))), few, "unit vectors"),
+        (G(direction=5 * np.eye(3)), few, "unit vectors"),
+        (G(direction=np.eye(3)[:2]), few, r"shape \(2, 3\), must be a vector \(X, Y, Z\) for each of 3 axes"),
+        (G(direction=[[1, 0], [0, 1], [1, 1]]), few, r"shape \(3, 2\)"),
+    ):
+        with pytest.raises(cvol.ArgumentError, match=words):
+            cvol.compress(samples, psnr=40, geometry=wrong)
+    with pytest.raises(TypeError, match="must be a cvol.Geometry"):
+        cvol.compress(few, psnr=40, geometry=3)
+    with pytest.raises(TypeError, match="must be a cvol.Volume"):
+        cvol.transcode(3, 40)
+    plane = cvol.compress(few[0].astype("f4"), psnr=40, geometry=G(spacing=(3, 4), direction=np.eye(3)[:2]))
+    assert plane.spacing == (3, 4)
+    assert cvol.compress(few[0].astype("f4"), psnr=40, geometry=G(unit="mm")).spacing == (1, 1)
+    turned = G(spacing=(3, 4, 5), direction=np.eye(3)[[1, 0, 2]])
+    assert np.allclose(cvol.compress(few, psnr=40, geometry=turned).affine, turned.affine())
+
+
 def test_what_it_is(array, volume, path):
     for v in (volume, cvol.open(path)):
         assert v.shape == array.shape == (70, 24, 80) and len(v) == 70 and v.ndim == 3

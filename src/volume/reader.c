@@ -205,9 +205,10 @@ static int check_options(cvol_context *context, const cvol_format *format, const
     if (!format->needs_options &&
         (any_raw_option(o) || (any_spacing(o) && !(takes & CVOL_TAKES_SPACING))))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: is %s %s file, which has a header: dims, type, byte order and "
-                         "spacing are for raw samples",
-                         path, strchr("AEIO", format->name[0]) ? "an" : "a", format->name);
+                         "%s: is %s %s file, which has a header: dims, type and byte order are "
+                         "for raw samples%s",
+                         path, strchr("AEIO", format->name[0]) ? "an" : "a", format->name,
+                         takes & CVOL_TAKES_SPACING ? "" : ", spacing also for formats without it");
     const char *one = o->has_channel && !(takes & CVOL_TAKES_CHANNEL) ? "one channel"
                       : o->has_index && !(takes & CVOL_TAKES_INDEX)   ? "one volume"
                       : o->series && !(takes & CVOL_TAKES_SERIES)     ? "no series"

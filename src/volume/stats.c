@@ -182,6 +182,7 @@ int cvol_volume_fill(cvol_context *context, cvol_volume *volume, double value)
 
 typedef struct apart {
     double squares, largest;
+    size_t missing; /* samples without a value in both */
 } apart;
 
 /* Samples that are equal, or both NaN, do not differ; a finite one and one that is not differ
@@ -225,15 +226,25 @@ static void add_differences(apart *result, const double *values, size_t count)
     }
 }
 
+/* Samples that are both NaN, or the same infinity. */
+static size_t count_missing(const double *a, const double *b, size_t count)
+{
+    size_t missing = 0;
+    for (size_t i = 0; i < count; i++)
+        missing += !isfinite(a[i]) && (a[i] == b[i] || (isnan(a[i]) && isnan(b[i])));
+    return missing;
+}
+
 static apart chunk_compare(const cvol_volume *a, const cvol_volume *b, size_t first, size_t count)
 {
     double in_a[BUFFER_SAMPLES], in_b[BUFFER_SAMPLES];
     int integers = cvol_type_is_integer(a->grid.type) && cvol_type_is_integer(b->grid.type);
-    apart result = {0, 0};
+    apart result = {0, 0, 0};
     for (size_t done = 0; done < count;) {
         size_t some = smaller(BUFFER_SAMPLES, count - done);
         load(in_a, a, first + done, some);
         load(in_b, b, first + done, some);
+        result.missing += integers ? 0 : count_missing(in_a, in_b, some);
         subtract(in_a, in_b, some, integers);
         add_differences(&result, in_a, some);
         done += some;
@@ -254,9 +265,10 @@ static int compare_samples(cvol_context *context, apart *total, const cvol_volum
         size_t first = c * CHUNK_SAMPLES;
         parts[c] = chunk_compare(a, b, first, smaller(CHUNK_SAMPLES, samples - first));
     }
-    *total = (apart){0, 0};
+    *total = (apart){0, 0, 0};
     for (size_t c = 0; c < chunks; c++) {
         total->squares += parts[c].squares;
+        total->missing += parts[c].missing;
         total->largest = parts[c].largest > total->largest ? parts[c].largest : total->largest;
     }
     free(parts);
@@ -267,7 +279,7 @@ int cvol_volume_compare(cvol_context *context, cvol_volume_difference *out, cons
                         const cvol_volume *b)
 {
     cvol_volume_statistics stats;
-    apart total = {0, 0};
+    apart total = {0, 0, 0};
     int code = cvol_dense_check(context, b, "volume");
     if (!code)
         code = cvol_volume_compute_statistics(context, &stats, a);
@@ -282,7 +294,8 @@ int cvol_volume_compare(cvol_context *context, cvol_volume_difference *out, cons
         code = compare_samples(context, &total, a, b);
     if (code)
         return code;
-    out->rmse = sqrt(total.squares / (double)cvol_grid_samples(&a->grid));
+    const size_t samples = cvol_grid_samples(&a->grid) - total.missing;
+    out->rmse = samples ? sqrt(total.squares / (double)samples) : 0;
     out->max_abs_error = total.largest;
     out->peak = stats.max - stats.min;
     out->psnr_db = out->rmse > 0 ? 20 * cvol_log10(out->peak / out->rmse) : INFINITY;

@@ -546,6 +546,32 @@ static void test_tiny_values(void **state)
     }
 }
 
+/* A PSNR of constant samples has a range of 0: all terms are kept. */
+static void test_constant_samples(void **state)
+{
+    (void)state;
+    enum { NX = 40, NY = 24 };
+    const cvol_transform transforms[] = {CVOL_DCT, CVOL_DHT, CVOL_DFT};
+    const cvol_keep keep = cvol_keep_psnr(40);
+    float samples[NX * NY], found[NX * NY];
+    for (int c = 0; c < 12; c++) {
+        const int rank = 1 + c % 2;
+        const float value = c % 4 < 2 ? 7 : -0.1F;
+        const size_t begin[3] = {0, 0, 0}, end[3] = {NX, rank == 1 ? 1 : NY, 1};
+        const cvol_grid grid = cvol_grid_make(end[0], end[1], 1, CVOL_FLOAT32);
+        for (int i = 0; i < NX * NY; i++)
+            samples[i] = value;
+        cvol_array *array;
+        assert_int_equal(cvol_array_compress(context, &array, samples, &grid, rank,
+                                             transforms[c / 4], 16, &keep),
+                         CVOL_OK);
+        assert_int_equal(cvol_array_evaluate_real(context, found, array, begin, end), CVOL_OK);
+        for (size_t i = 0; i < end[0] * end[1]; i++)
+            CHECK(fabsf(found[i] - value) <= 1e-5F * fabsf(value), c);
+        cvol_array_free(array);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -557,6 +583,7 @@ int main(void)
         cmocka_unit_test(test_threads),
         cmocka_unit_test(test_refuses),
         cmocka_unit_test(test_tiny_values),
+        cmocka_unit_test(test_constant_samples),
     };
     return cmocka_run_group_tests(tests, context_setup_two, context_teardown);
 }

@@ -14,7 +14,7 @@ options_of() {
     case $1 in
     compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --labels --keep --attributes --label-table --transform --block --no-lap --effort --fast --smallest --force --stream --background --bricks -o --as --time-step --channel-names --channel-colors" ;;
     decompress) echo "$common --box --level --time --channel --zarr-format" ;;
-    transcode) echo "$common --ratio --bpv --psnr --background --bricks --time --channel" ;;
+    transcode) echo "$common --ratio --bpv --psnr --force --background --bricks --time --channel" ;;
     info) echo "$common $raw --build --layout --label-table" ;;
     verify) echo "$common" ;;
     compare) echo "$common $raw" ;;

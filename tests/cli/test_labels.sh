@@ -70,3 +70,21 @@ grep -q 'are labels' "$out" && fail 'must not detect labels'
 expect_done cvol compress labels.raw labels2.raw -o many.cvol $raw --labels yes
 expect_done cvol decompress many.cvol back.raw --time 1
 expect_same_file back.raw labels.raw
+
+# transcode does not make labels lossy, unless it is forced to.
+cp out.cvol kept.cvol
+for target in '--ratio 400' '--bpv 0.01' '--psnr 30'; do
+    option=${target% *}
+    expect_failure 1 "out.cvol: samples are labels, which $option would change; keep the file, or give --force" \
+        cvol transcode out.cvol no.cvol $target
+done
+run cvol transcode out.cvol kept.cvol --ratio 400
+expect_same_file kept.cvol out.cvol
+# Labels that a file names are labels, whatever they look like.
+printf '1 Skull 255 0 0 0\n' >names.txt
+expect_done cvol compress smooth.raw named.cvol $raw --labels yes --label-table names.txt
+expect_failure 1 'named.cvol: samples are labels' cvol transcode named.cvol no.cvol --psnr 40
+expect_done cvol transcode named.cvol forced.cvol --psnr 40 --force --json
+expect_equal "$(value_of exact)" false
+expect_done cvol compress smooth.raw plain.cvol $raw --lossless
+expect_done cvol transcode plain.cvol smaller.cvol --psnr 40

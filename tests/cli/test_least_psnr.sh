@@ -69,3 +69,22 @@ expect_done cvol compress noise.raw noise2.raw -o many.cvol $raw --force
 
 # Rendering compresses dense samples in memory.
 expect_status 0 cvol render noise.raw -o noise.png $raw --size 40
+
+# ---- cvol transcode -------------------------------------------------------------------------------
+
+# The same limit holds for a smaller file made from a file; its PSNR is a certified one.
+expect_done cvol compress noise.raw fine.cvol $raw --labels no --psnr 50
+expect_done cvol compress noise.raw exact.cvol $raw --labels no --lossless
+for from in fine exact; do
+    for target in '--ratio 30' '--bpv 0.2'; do
+        expect_failure 1 "$from.cvol: *leave*PSNR of * less than 25 dB; give --psnr 35*--force" \
+            cvol transcode $from.cvol no.cvol $target
+        expect_done cvol transcode $from.cvol forced.cvol $target --force --json
+        expect_number "$(value_of ratio)" '>=' 30
+    done
+    expect_done cvol transcode $from.cvol asked.cvol --psnr 12
+done
+expect_failure 1 'fine.cvol: *certified PSNR' cvol transcode fine.cvol no.cvol --ratio 30 --json
+cp smooth.cvol old.cvol
+run cvol transcode fine.cvol old.cvol --ratio 30
+expect_same_file old.cvol smooth.cvol

@@ -145,6 +145,7 @@ for command in 'cvol info in.raw' 'cvol compress in.raw out.cvol' 'cvol compare 
     *) refuse $command $raw --fill -- '' $number ;;
     esac
     expect_failure 2 'spacing of axis y' $command $raw --spacing 1,-1,1
+    expect_failure 2 "--spacing is '0,2,3': spacing of axis x" $command $raw --spacing 0,2,3
     expect_failure 2 'in.raw: raw samples need --dims' $command --type uint8
     expect_failure 2 'in.raw: raw samples need --type' $command --dims 9x8x7
     expect_failure 2 '--big-endian takes no value' $command $raw --big-endian=1
@@ -159,6 +160,13 @@ for option in '--dims 9x8x7' '--type uint8' '--big-endian' '--spacing 1,1,2'; do
     expect_failure 2 'in.cvol and in.nrrd have headers' cvol compare in.cvol in.nrrd $option
     expect_failure 2 'unknown option' cvol decompress in.cvol out.nrrd $option
 done
+# NumPy, for example, has no spacing, so that the option is for such files too.
+expect_done cvol decompress in.cvol in.npy
+for option in '--dims 9x8x7' '--type uint8' '--big-endian'; do
+    expect_failure 2 'dims, type and byte order are for raw samples' cvol info in.npy $option
+    case $sentence in *spacing*) fail 'must not name an option that it takes' ;; esac
+done
+expect_done cvol info in.npy --spacing 1,1,2
 expect_failure 2 'in.raw: raw samples need --dims' cvol info in.raw
 expect_failure 2 'in.raw: raw samples need --dims' cvol compare in.nrrd in.raw
 cp in.raw t2_9x8x7_uint8.raw

@@ -86,7 +86,7 @@ expect_equal_transcode a.cvol --ratio 100
 expect_equal_transcode plain.cvol --bricks 48
 counts=3
 expect_equal_transcode small.cvol --psnr 35 --bricks 32
-expect_equal_transcode background.cvol --ratio 900
+expect_equal_transcode background.cvol --ratio 900 --force
 expect_equal_transcode exact.cvol --ratio 20
 counts=6
 expect_equal_result add small.cvol a.cvol --beta -2

@@ -157,11 +157,44 @@ expect_done cvol compress flat.raw a.cvol $raw --lossless
 grep -q ', exact' "$out" || fail 'must print exact'
 expect_done cvol compress in.raw a.cvol $raw --psnr 50 --json
 expect_equal "$(value_of exact)" false
+# compare leaves out what the file stores as missing, and NaN, as the report of compress does.
+for type in float32 int16; do
+    make_volume sea.raw $type 20x18x16
+    cp sea.raw land.raw
+    i=0
+    while [ $i -lt 500 ]; do # of 5,760 samples
+        if [ $type = float32 ]; then printf '\014\023\232\171'; else printf '\000\200'; fi # 1e35, -32768
+        i=$((i + 1))
+    done | dd of=land.raw conv=notrunc 2>/dev/null
+    fill=$([ $type = float32 ] && echo 1.0000000409184788e35 || echo -32768)
+    land="--dims 20x18x16 --type $type"
+    expect_done cvol compress land.raw land.cvol $land --psnr 50 --fill $fill --json
+    psnr=$(value_of psnr_db)
+    expect_done cvol compare land.raw land.cvol $land --json
+    expect_near "$(value_of psnr_db)" "$psnr" 0.001
+    expect_number "$(value_of peak)" '<' 70000
+    expect_done cvol compare sea.raw land.cvol $land --json
+    expect_number "$(value_of max_abs_error)" '>' 30000
+done
 # A target below the coarsest quantisation is out of reach, and compress prints it.
 expect_done cvol compress in.raw a.cvol $raw --bpv 0.0001 --force
 grep -q '(0.0001 bits per voxel is out of reach' "$out" || fail 'must print that it is out of reach'
 expect_done cvol compress in.raw a.cvol $raw --bpv 0.0001 --force --json
 expect_equal "$(value_of target_met)" false
+# Out of reach is also a size that the finest lossy file does not need.
+make_volume smooth.raw float64 40x36x32
+smooth='--dims 40x36x32 --type float64'
+for target in '--bpv 30' '--ratio 2'; do
+    expect_done cvol compress smooth.raw s.cvol $smooth $target
+    grep -q 'is out of reach: the finest lossy file is smaller; give --lossless' "$out" ||
+        fail 'must print that the finest file is smaller'
+    expect_done cvol compress smooth.raw smooth.raw -o s.cvol $smooth $target
+    grep -q '2 volumes: the target is out of reach; their finest lossy files are smaller' "$out" ||
+        fail 'must print that the finest files are smaller'
+done
+expect_done cvol compress flat.raw a.cvol $raw --ratio 100000
+grep -q 'ratio 100000 is out of reach: the file is lossless, and lossy ones are not smaller' "$out" ||
+    fail 'must print that the file is lossless'
 # A bit rate is equivalent to a ratio for the bits of the type.
 expect_done cvol compress in.raw a.cvol $raw --bpv 0.5
 expect_done cvol compress in.raw b.cvol $raw --ratio 32

@@ -45,7 +45,7 @@ cmp -s alone.cvol copy.cvol || fail 'a volume of a series must equal the same vo
 expect_done cvol decompress alone.cvol alone.raw
 expect_done cvol decompress run.cvol three.raw --time 3
 cmp -s alone.raw three.raw || fail 'decompress must read the selected volume'
-expect_done cvol transcode run.cvol smaller.cvol --time 3 --ratio 100
+expect_done cvol transcode run.cvol smaller.cvol --time 3 --ratio 100 --force
 expect_done cvol compare run_10.nrrd run.cvol --time 3 --json
 first=$(value_of psnr_db)
 expect_done cvol compare run_10.nrrd alone.cvol --json

@@ -14,6 +14,7 @@
 #include "volume/io/folder.h"
 #include "volume/io/input.h"
 #include "volume/io/strided.h"
+#include "volume/io/unit.h"
 #include "volume/io/xml.h"
 
 /* ---- parsers -------------------------------------------------------------------------- */
@@ -52,7 +53,8 @@ static void test_descriptions(void **state)
     assert_true(s.known && s.slices == 3 && s.channels == 2 && s.times == 2);
     assert_true(s.channel_step == 1 && s.slice_step == 2 && s.time_step == 6);
     assert_true(s.spacing[2] == 1.5);
-    assert_string_equal(s.unit, "um");
+    assert_string_equal(s.unit[0], "\\u00B5m");
+    assert_string_equal(s.unit[2], "\\u00B5m");
     cvol_tiff_read_description(&s, "ImageJ=1.5\nimages=7\nspacing=nan\nslices=-3\n", 1);
     assert_true(s.slices == 7 && s.spacing[2] == 0);
     cvol_tiff_read_description(
@@ -64,10 +66,43 @@ static void test_descriptions(void **state)
     assert_true(s.slices == 5 && s.channels == 2 && s.times == 2);
     assert_true(s.channel_step == 1 && s.slice_step == 2 && s.time_step == 10);
     assert_true(s.spacing[0] == 0.5 && s.spacing[1] == 0 && s.spacing[2] == 2);
-    assert_string_equal(s.unit, "nm");
+    assert_string_equal(s.unit[0], "nm");
+    assert_string_equal(s.unit[2], "um"); /* the default */
+    cvol_tiff_read_description(&s, "ImageJ=1.5\nimages=2\nunit=mm\nzunit=micron\n", 1);
+    assert_string_equal(s.unit[1], "mm");
+    assert_string_equal(s.unit[2], "micron");
     cvol_tiff_read_description(
         &s, "<OME><Pixels DimensionOrder=\"XYZZZ\" SizeC=\"2\" SizeT=\"3\" SizeZ=\"5\">", 1);
     assert_true(s.slice_step == 1 && s.channel_step == 5 && s.time_step == 10);
+}
+
+/* Factors of three units, and the common one. */
+static void check_units(const char *x, const char *y, const char *z, const char *common,
+                        double of_y, double of_z)
+{
+    const char *const unit[3] = {x, y, z};
+    double factor[3];
+    char found[16];
+    assert_true(cvol_unit_factors(factor, found, unit));
+    assert_string_equal(found, common);
+    assert_true(factor[0] == 1 && factor[1] == of_y && factor[2] == of_z);
+}
+
+static void test_units(void **state)
+{
+    (void)state;
+    check_units("um", "\xc2\xb5m", "mm", "um", 1, 1000);
+    check_units("millimeter", "um", "nm", "mm", 1e-3, 1e-6);
+    check_units("in", "cm", "", "inch", 1e10 / 2.54e10, 1);
+    check_units("", "mm", "um", "mm", 1, 1e-3);
+    check_units("s", "s", "", "s", 1, 1);
+    check_units("", "", "", "", 1, 1);
+    double factor[3];
+    char found[16];
+    assert_false(cvol_unit_factors(factor, found, (const char *const[3]){"mm", "mm", "s"}));
+    assert_false(cvol_unit_factors(factor, found, (const char *const[3]){"s", "ms", "s"}));
+    assert_true(cvol_unit_metres("cm") == 1e-2 && cvol_unit_metres("micron") == 1e-6);
+    assert_true(cvol_unit_metres("") == 0 && cvol_unit_metres("mmm") == 0);
 }
 
 /* One channel, whose element gives its name and colour. */
@@ -339,11 +374,11 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_natural_order), cmocka_unit_test(test_descriptions),
-        cmocka_unit_test(test_labels),        cmocka_unit_test(test_base64),
-        cmocka_unit_test(test_xml),           cmocka_unit_test(test_half),
-        cmocka_unit_test(test_names_inside),  cmocka_unit_test(test_round_trip),
-        cmocka_unit_test(test_tiff_spacing),  cmocka_unit_test(test_damage),
-        cmocka_unit_test(test_lies),
+        cmocka_unit_test(test_units),         cmocka_unit_test(test_labels),
+        cmocka_unit_test(test_base64),        cmocka_unit_test(test_xml),
+        cmocka_unit_test(test_half),          cmocka_unit_test(test_names_inside),
+        cmocka_unit_test(test_round_trip),    cmocka_unit_test(test_tiff_spacing),
+        cmocka_unit_test(test_damage),        cmocka_unit_test(test_lies),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

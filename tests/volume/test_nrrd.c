@@ -47,7 +47,7 @@ static void check_unit(const char *stated, const char *expected)
 }
 
 /* Units are UTF-8 whatever the file has. */
-static void test_nrrd_units(void **state)
+static void test_nrrd_unit_names(void **state)
 {
     (void)state;
     check_unit("\xc2\xb5m", "\xc2\xb5m");
@@ -302,6 +302,81 @@ static void test_nrrd_space(void **state)
                "spacings has the value '1mm'", "");
 }
 
+/* Axes of different units are converted to that of x. */
+static void test_nrrd_units(void **state)
+{
+    (void)state;
+#define SPACED TYPE8 SIZES "spacings: 1 2 3000\n"
+    cvol_volume *v = read_ok(nrrd(SPACED "units: \"mm\" \"mm\" \"um\"\n" RAW, 12));
+    assert_true(v->grid.spacing[0] == 1 && v->grid.spacing[1] == 2 && v->grid.spacing[2] == 3);
+    assert_string_equal(v->grid.unit, "mm");
+    cvol_volume_free(v);
+    v = read_ok(nrrd(SPACED "units: \"???\" \"microns\" \"\"\n" RAW, 12));
+    assert_true(v->grid.spacing[2] == 3000);
+    assert_string_equal(v->grid.unit, "um");
+    cvol_volume_free(v);
+    /* The units of channels are not those of the volume. */
+    v = read_ok(nrrd(TYPE8 "dimension: 4\nsizes: 1 2 3 2\nspacings: nan 1 1 1000\n"
+                           "units: \"s\" \"mm\" \"mm\" \"um\"\n" RAW,
+                     12));
+    assert_true(v->grid.spacing[0] == 1 && v->grid.spacing[2] == 1);
+    assert_string_equal(v->grid.unit, "mm");
+    cvol_volume_free(v);
+    /* Units of the space belong to the components of vectors. */
+    v = read_ok(nrrd(TYPE8 SIZES "space: RAS\nspace origin: (1,2,3000)\n"
+                                 "space directions: (0,0,4000) (0,5,0) (6,0,0)\n"
+                                 "space units: \"mm\" \"mm\" \"um\"\n" RAW,
+                     12));
+    assert_true(v->grid.spacing[0] == 4 && v->grid.spacing[1] == 5 && v->grid.spacing[2] == 6);
+    assert_true(v->grid.origin[2] == 3 && v->grid.direction[0][2] == 1);
+    cvol_volume_free(v);
+    read_fails(nrrd(SPACED "units: \"mm\" \"mm\" \"s\"\n" RAW, 12), CVOL_ERROR_UNSUPPORTED,
+               "units '\"mm\" \"mm\" \"s\"' do not convert", "");
+    v = read_ok(nrrd(TYPE8 "dimension: 3\nsizes: 4 3 1\nunits: \"mm\" \"mm\" \"s\"\n" RAW, 12));
+    assert_string_equal(v->grid.unit, "mm"); /* one sample has no distance */
+    cvol_volume_free(v);
+}
+
+/* Ends of axes instead of spacings; each sample is a node, or the middle of a cell. */
+static void test_nrrd_extents(void **state)
+{
+    (void)state;
+#define ENDS "axis mins: 1 2 3\naxis maxs: 4 5 6\n"
+    for (int node = 0; node < 2; node++) {
+        cvol_volume *v = read_ok(
+            nrrd(node ? TYPE8 "dimension: 3\nsizes: 7 6 5\n" ENDS "centers: node node node\n" RAW
+                      : TYPE8 "dimension: 3\nsizes: 6 5 4\n" ENDS "centers: cell CELL ???\n" RAW,
+                 node ? 210 : 120));
+        const double spacing[3] = {0.5, 0.6, 0.75};
+        for (int a = 0; a < 3; a++) {
+            assert_true(v->grid.spacing[a] == spacing[a]);
+            assert_true(v->grid.origin[a] == 1 + a + (node ? 0 : spacing[a] / 2));
+            assert_true(v->grid.direction[a][a] == 1);
+        }
+        cvol_volume_free(v);
+    }
+    /* Spacings take precedence; an axis may run backwards; one node has no distance. */
+    cvol_volume *v = read_ok(nrrd(TYPE8 "dimension: 3\nsizes: 2 3 1\nspacings: 4 nan nan\n"
+                                        "axismins: 1 6 7\naxismaxs: 9 2 7\n"
+                                        "centerings: cell node node\n"
+                                        "units: \"mm\" \"um\" \"mm\"\n" RAW,
+                                  6));
+    assert_true(v->grid.spacing[0] == 4 && v->grid.spacing[1] == 2e-3 && v->grid.spacing[2] == 1);
+    assert_true(v->grid.origin[0] == 3 && v->grid.origin[1] == 6e-3 && v->grid.origin[2] == 7);
+    assert_true(v->grid.direction[0][0] == 1 && v->grid.direction[1][1] == -1);
+    cvol_volume_free(v);
+    /* Positions in space replace them. */
+    v = read_ok(nrrd(TYPE8 SIZES ENDS "space: RAS\nspace origin: (7,8,9)\n"
+                                      "space directions: (2,0,0) (0,2,0) (0,0,2)\n" RAW,
+                     12));
+    assert_true(v->grid.spacing[1] == 2 && v->grid.origin[0] == 7);
+    cvol_volume_free(v);
+    read_fails(nrrd(TYPE8 SIZES "axis mins: 1 2 3\naxis maxs: 4 2 6\n" RAW, 12), CVOL_ERROR_FORMAT,
+               "axis maxs '4 2 6' are those of axis mins", "");
+    read_fails(nrrd(TYPE8 SIZES "axis mins: 1 2\n" RAW, 12), CVOL_ERROR_FORMAT, "axis mins has 2",
+               "");
+}
+
 static void test_nrrd_detached(void **state)
 {
     (void)state;
@@ -464,10 +539,11 @@ static void test_nrrd_headers(void **state)
 int main(void)
 {
     const struct CMUnitTest reading[] = {
-        cmocka_unit_test(test_nrrd_plain),    cmocka_unit_test(test_nrrd_units),
+        cmocka_unit_test(test_nrrd_plain),    cmocka_unit_test(test_nrrd_unit_names),
         cmocka_unit_test(test_nrrd_endian),   cmocka_unit_test(test_nrrd_types),
         cmocka_unit_test(test_nrrd_text),     cmocka_unit_test(test_nrrd_axes),
         cmocka_unit_test(test_nrrd_volumes),  cmocka_unit_test(test_nrrd_space),
+        cmocka_unit_test(test_nrrd_units),    cmocka_unit_test(test_nrrd_extents),
         cmocka_unit_test(test_nrrd_detached), cmocka_unit_test(test_nrrd_gzip),
         cmocka_unit_test(test_nrrd_lies),     cmocka_unit_test(test_nrrd_headers),
     };

@@ -127,8 +127,8 @@ int open_operands(cvol_context *context, input in[2], const char *const paths[2]
     if (both && has_raw_options(&arguments->common))
         return report_error(
             EXIT_MISUSED,
-            "%s and %s have headers: --dims, --raw-type, --big-endian and --spacing are "
-            "for raw samples",
+            "%s and %s have headers: --dims, --raw-type and --big-endian are for raw samples, "
+            "--spacing also for formats without it",
             paths[0], paths[1]);
     if ((arguments->common.read.has_index || arguments->common.read.has_channel) &&
         kind_of(paths[0]) != CVOL_FILE_SERIES && kind_of(paths[1]) != CVOL_FILE_SERIES)

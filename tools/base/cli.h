@@ -25,6 +25,7 @@ typedef enum option_kind {
     OPTION_DIMS,     /* size_t[3]: NXxNYxNZ */
     OPTION_SIZE,     /* int[2]: W or WxH */
     OPTION_NUMBERS3, /* double[3]: A,B,C */
+    OPTION_SPACING,  /* double[3]: A,B,C, above 0 */
     OPTION_BOX,      /* size_t[6]: X0:X1,Y0:Y1,Z0:Z1 */
     OPTION_HEADING   /* not an option: a heading in the help */
 } option_kind;
@@ -164,7 +165,7 @@ typedef struct common_options {
          NULL},                                                                                 \
     {                                                                                           \
         "--spacing", "SX,SY,SZ",                                                                \
-            "distance of samples (default 1,1,1); also for TIFF, NumPy, HDF5", OPTION_NUMBERS3, \
+            "distance of samples (default 1,1,1); also for TIFF, NumPy, HDF5", OPTION_SPACING,  \
             (c).read.spacing, 0, NULL                                                           \
     }
 

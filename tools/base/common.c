@@ -257,8 +257,9 @@ int open_input(cvol_context *context, input *in, const char *path, common_option
     if (is_cvol(path)) {
         if (has_raw_options(common))
             return report_error(EXIT_MISUSED,
-                                "%s: is a .cvol file, which has a header: --dims, --type, "
-                                "--big-endian and --spacing are for raw samples",
+                                "%s: is a .cvol file, which has a header: --dims, --type and "
+                                "--big-endian are for raw samples, --spacing also for formats "
+                                "without it",
                                 path);
         cvol_file_part part = {
             .size = sizeof(cvol_file_part), .level = common->level, .cut = common->accept_cut};

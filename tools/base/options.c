@@ -166,6 +166,17 @@ int parse_keep(cvol_keep *keep, const char *text)
     return EXIT_DONE;
 }
 
+/* The readers would take 0 for a spacing that was not given. */
+static int check_spacing(const option_spec *option, const char *text)
+{
+    const double *spacing = option->value;
+    for (int a = 0; a < 3; a++)
+        if (!(spacing[a] > 0))
+            return report_error(EXIT_MISUSED, "%s is '%s': spacing of axis %c must be above 0",
+                                option->name, text, "xyz"[a]);
+    return EXIT_DONE;
+}
+
 /* Stores the value of an option; EXIT_DONE or, after a message, EXIT_MISUSED. */
 static int store_value(const option_spec *option, const char *text)
 {
@@ -222,10 +233,11 @@ static int store_value(const option_spec *option, const char *text)
                                 option->name, text);
         return EXIT_DONE;
     case OPTION_NUMBERS3:
+    case OPTION_SPACING:
         if (!parse_numbers(option->value, 3, text))
             return report_error(EXIT_MISUSED, "%s is '%s', must be three numbers, as in 1,0.5,0.5",
                                 option->name, text);
-        return EXIT_DONE;
+        return option->kind == OPTION_SPACING ? check_spacing(option, text) : EXIT_DONE;
     case OPTION_BOX:
         if (!parse_box(option->value, text))
             return report_error(EXIT_MISUSED,

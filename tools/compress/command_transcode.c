@@ -4,13 +4,15 @@
 
 #include "tools/base/cli.h"
 #include "tools/base/processes.h"
+#include "tools/compress/compress.h"
+#include "tools/labels/labels.h"
 
 static const char description[] =
     "Makes a .cvol file smaller by coarser quantization, without the original samples. The\n"
     "error of the result is certified, not measured: the bound of the input plus the change\n"
     "of its samples; --psnr is the PSNR that this bound guarantees. Attributes and geometry\n"
     "stay the same. Compressing the original volume to the same size gives slightly better\n"
-    "quality.";
+    "quality. Labels, and a size that leaves less than 25 dB, need --force.";
 
 static const char examples[] = "  cvol transcode scan.cvol --ratio 100 small.cvol\n"
                                "  cvol transcode scan.cvol small.cvol --bpv 0.1\n"
@@ -21,6 +23,7 @@ typedef struct transcode_arguments {
     common_options common;
     double ratio, bits, psnr;
     int ratio_given, bits_given, psnr_given;
+    int force;
     const char *bricks, *background;
 } transcode_arguments;
 
@@ -47,17 +50,19 @@ static int choose_target(cvol_compress_options *options, const transcode_argumen
                       : a->bits_given ? CVOL_TARGET_BITS
                                       : CVOL_TARGET_PSNR;
     options->target_value = a->ratio_given ? a->ratio : a->bits_given ? a->bits : a->psnr;
+    options->least_psnr = a->force ? 0 : LEAST_PSNR;
     return EXIT_DONE;
 }
 
 static int report(const char *path, const cvol_array *array, const cvol_compress_report *r,
-                  const common_options *common)
+                  const transcode_arguments *a)
 {
     const cvol_grid *grid = cvol_array_grid(array);
     const double bits = 8 * (double)r->file_bytes / (double)cvol_grid_samples(grid);
+    const int is_finest = a->bits_given ? bits <= a->bits : a->ratio_given && r->ratio >= a->ratio;
     cvol_array_info info;
     cvol_array_get_info(&info, array);
-    if (common->json)
+    if (a->common.json)
         return print_json(json_pack(
             "{s:o, s:s, s:I, s:f, s:f, s:o, s:b, s:o, s:b, s:b, s:f, s:I, s:o, s:o}", "dims",
             json_dims(grid->dims), "type", cvol_type_name(grid->type), "file_bytes",
@@ -74,7 +79,8 @@ static int report(const char *path, const cvol_array *array, const cvol_compress
     else
         printf("PSNR at least %.2f dB\n", info.psnr_db);
     if (!r->target_met)
-        printf("(the target is out of reach: this is the smallest possible file)\n");
+        printf("(the target is out of reach: %s)\n",
+               is_finest ? "the finest file is smaller" : "this is the smallest possible file");
     return EXIT_DONE;
 }
 
@@ -116,19 +122,57 @@ static int flatten(cvol_context *context, cvol_array **array)
     return CVOL_OK;
 }
 
+/* Labels are stored without loss, and a target would make them lossy: their file names them, or
+ * they look like labels. EXIT_FAILED, after a message, if the array has labels. */
+static int refuse_labels(cvol_context *context, const transcode_arguments *a,
+                         const cvol_array *array, const char *path)
+{
+    const cvol_grid *grid = cvol_array_grid(array);
+    const size_t begin[3] = {0, 0, 0};
+    cvol_array_info info;
+    label_table table = {0};
+    cvol_volume *volume = NULL;
+    cvol_array_get_info(&info, array);
+    if (a->force || processes || !is_exact(info.psnr_db) || !cvol_type_is_integer(grid->type))
+        return EXIT_DONE;
+    const int status = read_label_attributes(&table, path);
+    int are_labels = table.count > 0;
+    free_labels_table(&table);
+    if (status)
+        return status;
+    int code = are_labels ? CVOL_OK : cvol_volume_create(context, &volume, grid);
+    if (volume)
+        code = cvol_array_evaluate_box(context, volume->data, array, begin, grid->dims);
+    if (volume && !code)
+        code = cvol_volume_compute_is_labels(context, &are_labels, volume, NULL);
+    cvol_volume_free(volume);
+    if (code)
+        return report_context_error(context, code, path);
+    return are_labels
+               ? report_error(EXIT_FAILED,
+                              "%s: samples are labels, which %s would change; keep the file, "
+                              "or give --force for lossy compression",
+                              path,
+                              a->ratio_given  ? "--ratio"
+                              : a->bits_given ? "--bpv"
+                                              : "--psnr")
+               : EXIT_DONE;
+}
+
 static int transcode(cvol_context *context, transcode_arguments *a,
                      const cvol_compress_options *options, const char *in_path,
                      const char *out_path)
 {
+    const int has_target = a->ratio_given || a->bits_given || a->psnr_given;
     cvol_array *from = NULL, *array = NULL;
-    cvol_compress_report r;
+    cvol_compress_report r = {.psnr_db = INFINITY};
     int status = check_output(in_path, out_path);
     cvol_file_part part = {.size = sizeof(cvol_file_part)};
     if (!status && is_cvol(in_path))
         status = choose_volume(context, &a->common, in_path, &part);
     if (status)
         return status;
-    if (!a->ratio_given && !a->bits_given && !a->psnr_given && !a->bricks)
+    if (!has_target && !a->bricks)
         return extract(context, a, &part, in_path, out_path);
     int code = read_array(context, &from, NULL, in_path, &part);
     if (!code && a->background)
@@ -137,7 +181,11 @@ static int transcode(cvol_context *context, transcode_arguments *a,
         cvol_array_free(from);
         return report_context_error(context, code, NULL);
     }
-    if (a->ratio_given + a->bits_given + a->psnr_given) {
+    if (has_target && (status = refuse_labels(context, a, from, in_path))) {
+        cvol_array_free(from);
+        return status;
+    }
+    if (has_target) {
         code = cvol_array_transcode(context, &array, &r, from, options);
         cvol_array_free(from);
     } else {
@@ -147,12 +195,11 @@ static int transcode(cvol_context *context, transcode_arguments *a,
     }
     if (code) {
         cvol_array_free(array);
-        return report_context_error(context, code, in_path);
+        return report_compression_error(context, code, in_path, options, &r);
     }
     code = cvol_array_write(context, array, out_path, &r.file_bytes);
     r.ratio = (double)cvol_grid_bytes(cvol_array_grid(array)) / (double)r.file_bytes;
-    status = code ? report_context_error(context, code, NULL)
-                  : report(out_path, array, &r, &a->common);
+    status = code ? report_context_error(context, code, NULL) : report(out_path, array, &r, a);
     cvol_array_free(array);
     return status;
 }
@@ -168,6 +215,8 @@ int command_transcode(int argc, char **argv)
          0, &a.bits_given},
         {"--psnr", "DB", "at least DB decibels, certified", OPTION_NUMBER, &a.psnr, 0,
          &a.psnr_given},
+        {"--force", NULL, "make labels lossy, and keep to --ratio or --bpv below 25 dB",
+         OPTION_FLAG, &a.force, 0, NULL},
         {"--background", "none",
          "store a separate background with the other samples: its mask may be large", OPTION_TEXT,
          &a.background, 0, NULL},

@@ -49,6 +49,9 @@ int report_one_json(const cvol_grid *grid, const cvol_array_info *info,
 void report_one_text(const char *path, const method *m, const cvol_grid *grid,
                      const cvol_compress_report *report, int has_yielded);
 
+/* The wanted size over that of the file; 0: the target is no size. */
+double size_wanted(const method *m, const cvol_grid *grid, const cvol_compress_report *report);
+
 /* compress_least_psnr.c.
  * 1 if the compression that returned `code` must be repeated with PSNR_INSTEAD, since the default
  * ratio leaves too low a PSNR; then sets *options. */

@@ -25,12 +25,29 @@ int report_one_json(const cvol_grid *grid, const cvol_array_info *info,
         "background_samples", (json_int_t)report->background_samples));
 }
 
-/* Reports a target by size that was missed; `target` names it. */
-static void report_miss(const cvol_compress_report *report, const char *target, double shortfall)
+double size_wanted(const method *m, const cvol_grid *grid, const cvol_compress_report *report)
 {
-    if (report->lossless && shortfall > 1.02)
+    const double raw_bytes = (double)cvol_grid_bytes(grid), value = m->options.target_value;
+    return m->options.target == CVOL_TARGET_RATIO  ? raw_bytes / value / (double)report->file_bytes
+           : m->options.target == CVOL_TARGET_BITS ? value / bits_per_voxel(grid, report)
+                                                   : 0;
+}
+
+/* Reports a target by size that was missed; `target` names it, and `wanted`: see size_wanted. */
+static void report_miss(const cvol_compress_report *report, const char *target, double wanted)
+{
+    if (report->lossless && wanted > 1.02)
         printf("(the file is lossless and smaller than the target, %s)\n", target);
-    else if (!report->target_met)
+    else if (report->target_met)
+        return;
+    else if (report->lossless)
+        printf("(%s is out of reach: the file is lossless, and lossy ones are not smaller)\n",
+               target);
+    else if (wanted >= 1)
+        printf("(%s is out of reach: the finest lossy file is smaller; give --lossless for more "
+               "quality)\n",
+               target);
+    else
         printf("(%s is out of reach: this is the smallest possible file; give --psnr or --lossless "
                "for more quality)\n",
                target);
@@ -39,11 +56,11 @@ static void report_miss(const cvol_compress_report *report, const char *target, 
 void report_one_text(const char *path, const method *m, const cvol_grid *grid,
                      const cvol_compress_report *report, int has_yielded)
 {
-    const double target_value = m->options.target_value, bits = bits_per_voxel(grid, report);
+    const double target_value = m->options.target_value;
     char target[64];
     clear_progress();
     printf("%s: %llu bytes, 1/%.2f of the raw samples, %.4g bits per voxel, ", path,
-           (unsigned long long)report->file_bytes, report->ratio, bits);
+           (unsigned long long)report->file_bytes, report->ratio, bits_per_voxel(grid, report));
     if (report->lossless)
         printf("exact");
     else
@@ -53,12 +70,8 @@ void report_one_text(const char *path, const method *m, const cvol_grid *grid,
     printf("\n");
     if (m->truncate || m->options.lossless || has_yielded)
         return;
-    if (m->options.target == CVOL_TARGET_BITS) {
-        snprintf(target, sizeof target, "%g bits per voxel", target_value);
-        report_miss(report, target, target_value / bits);
-    } else {
-        snprintf(target, sizeof target, "ratio %g", target_value);
-        report_miss(report, target,
-                    m->options.target == CVOL_TARGET_RATIO ? report->ratio / target_value : 0);
-    }
+    snprintf(target, sizeof target,
+             m->options.target == CVOL_TARGET_BITS ? "%g bits per voxel" : "ratio %g",
+             target_value);
+    report_miss(report, target, size_wanted(m, grid, report));
 }

@@ -23,7 +23,8 @@ typedef struct series_job {
     int types_differ;     /* 64-bit integers became several types: they must all be float64 */
     double least_psnr, most_psnr, max_error, raw_bytes;
     uint64_t file_bytes;
-    int missed;  /* number of targets missed */
+    int missed;  /* number of targets missed by too large volumes, */
+    int finest;  /* and by volumes that are smaller even with the finest step */
     int yielded; /* number of volumes where a PSNR replaced the default ratio */
     int labels;  /* number of label volumes, which are lossless */
     json_t *volumes;
@@ -104,7 +105,10 @@ static void add_report(series_job *job, const char *path, const cvol_grid *grid,
     job->max_error = fmax(job->max_error, report->max_error);
     job->raw_bytes += raw_bytes;
     job->yielded += has_yielded;
-    job->missed += !report->target_met && !report->lossless;
+    const int is_missed = !report->target_met && !report->lossless;
+    const int is_finest = is_missed && size_wanted(job->m, grid, report) >= 1;
+    job->finest += is_finest;
+    job->missed += is_missed && !is_finest;
     if (job->volumes)
         json_array_append_new(job->volumes,
                               json_pack("{s:o, s:I, s:f, s:o, s:b, s:f, s:b, s:b, s:b}", "input",
@@ -257,6 +261,9 @@ static void report_text(const series_job *job)
     if (job->missed)
         printf("(%d volumes: the target is out of reach; they are as small as possible)\n",
                job->missed);
+    if (job->finest)
+        printf("(%d volumes: the target is out of reach; their finest lossy files are smaller)\n",
+               job->finest);
 }
 
 static int write_series(series_job *job)

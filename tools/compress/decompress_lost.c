@@ -30,7 +30,7 @@ static const kept formats[] = {
 
 static int is_length(const char *unit)
 {
-    static const char *const known[] = {"A", "nm", "um", "mm", "cm", "m"};
+    static const char *const known[] = {"pm", "A", "nm", "um", "mm", "cm", "m", "inch"};
     for (size_t i = 0; i < sizeof known / sizeof *known; i++)
         if (!strcmp(unit, known[i]))
             return 1;

@@ -1,12 +1,18 @@
 /* cvol compare: the difference of two volumes or two pictures. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
 #include "tools/base/picture.h"
+#include "tools/labels/labels.h"
 
 static const char description[] =
     "Compares two volumes of the same shape (any format, compressed or not), or two pictures\n"
     "of the same size (PNG or compressed). It prints the PSNR of B against A: over the value\n"
     "range of A for volumes; over 255 for pictures, and for their foreground (pixels where\n"
     "either picture has a channel above 2), with SSIM. Equal inputs are \"exact\"; their PSNR\n"
-    "is null in JSON. --time, --channel and --series choose a volume of A. --time and\n"
+    "is null in JSON. Samples that a .cvol file stores as missing, and NaN, are left out if\n"
+    "they are the same in both. --time, --channel and --series choose a volume of A. --time and\n"
     "--channel also choose a volume of B if B is a .cvol series.";
 
 static const char examples[] = "  cvol compare brain.nii.gz brain.cvol\n"
@@ -62,6 +68,53 @@ static int copy_choice(cvol_context *context, common_options *a, common_options 
     return status;
 }
 
+/* Sets marked samples to NaN. Integers become float64. */
+static int mark_missing(cvol_context *context, cvol_volume **volume, const uint8_t *missing)
+{
+    const size_t samples = cvol_grid_samples(&(*volume)->grid);
+    if (cvol_type_is_integer((*volume)->grid.type)) {
+        cvol_grid grid = (*volume)->grid;
+        cvol_volume *wide;
+        grid.type = CVOL_FLOAT64;
+        const int code = cvol_volume_create(context, &wide, &grid);
+        if (code)
+            return code;
+        for (size_t i = 0; i < samples; i++)
+            ((double *)wide->data)[i] = value_at(*volume, i);
+        cvol_volume_free(*volume);
+        *volume = wide;
+    }
+    for (size_t i = 0; i < samples; i++)
+        if (missing[i] && (*volume)->grid.type == CVOL_FLOAT32)
+            ((float *)(*volume)->data)[i] = NAN;
+        else if (missing[i])
+            ((double *)(*volume)->data)[i] = NAN;
+    return CVOL_OK;
+}
+
+/* Sets the samples that a .cvol file stores as missing, and that are equal in both volumes, to NaN:
+ * fills such as 1e35 have no part in the range or in the errors. Exit status. */
+static int leave_out_missing(cvol_context *context, input *a, input *b, const cvol_array *array)
+{
+    const cvol_grid *grid = &a->volume->grid;
+    const size_t begin[3] = {0, 0, 0}, samples = cvol_grid_samples(grid);
+    if (!array || memcmp(grid->dims, b->volume->grid.dims, sizeof grid->dims) != 0)
+        return EXIT_DONE;
+    uint8_t *missing = malloc(samples);
+    if (!missing)
+        return report_error(EXIT_FAILED, "not enough memory");
+    int code = CVOL_OK;
+    if (cvol_array_evaluate_mask(missing, array, begin, grid->dims)) {
+        for (size_t i = 0; i < samples; i++)
+            missing[i] = missing[i] && value_at(a->volume, i) == value_at(b->volume, i);
+        code = mark_missing(context, &a->volume, missing);
+        if (!code)
+            code = mark_missing(context, &b->volume, missing);
+    }
+    free(missing);
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
+}
+
 static int compare_volumes(cvol_context *context, common_options *common, const char *a_path,
                            const char *b_path)
 {
@@ -83,8 +136,8 @@ static int compare_volumes(cvol_context *context, common_options *common, const 
     if (has_raw_options(common) && is_self_describing(a_path) && is_self_describing(b_path))
         return report_error(
             EXIT_MISUSED,
-            "%s and %s have headers: --dims, --type, --big-endian and --spacing are for "
-            "raw samples",
+            "%s and %s have headers: --dims, --type and --big-endian are for raw samples, and "
+            "spacing does not matter",
             a_path, b_path);
     int status = is_self_describing(a_path)
                      ? copy_choice(context, &plain_a, &plain_b, a_path, b_path)
@@ -97,6 +150,10 @@ static int compare_volumes(cvol_context *context, common_options *common, const 
         status = open_input(context, &b, b_path, is_self_describing(b_path) ? &plain_b : &raw_b);
     if (!status)
         status = need_volume(context, &b);
+    if (!status)
+        status = leave_out_missing(context, &a, &b, a.array);
+    if (!status)
+        status = leave_out_missing(context, &a, &b, b.array);
     if (!status && cvol_volume_compare(context, &d, a.volume, b.volume))
         status = report_error(EXIT_FAILED, "%s and %s: %s", a_path, b_path,
                               cvol_context_message(context));

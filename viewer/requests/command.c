@@ -160,6 +160,8 @@ static int put_making(FILE *out, const shown_volume *v, const viewer_options *op
         put_word(out, to);
         put_numbers(out, v->copy_options.target == CVOL_TARGET_PSNR ? "--psnr" : "--ratio",
                     &v->copy_options.target_value, 1);
+        if (!parent->dense || v->copy_options.target == CVOL_TARGET_RATIO)
+            fputs(" --force", out); /* the viewer has no least PSNR */
         if (parent->dense)
             fputs(" --effort fast --background auto", out);
         if (v->flattened)

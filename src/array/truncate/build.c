@@ -207,10 +207,20 @@ static int quantize_within(cvol_context *context, cvol_builder *b, double allowe
     return code ? code : run_passes(context, b, &all);
 }
 
+/* A PSNR over a range of 0, that of constant samples: keeps all terms, as whole arrays do. */
+static int is_all(const cvol_array *array, const cvol_keep *keep)
+{
+    const cvol_error_bound *error_bound = &array->error_bound;
+    return keep->rule == CVOL_KEEP_ALL ||
+           (keep->rule == CVOL_KEEP_PSNR && !(error_bound->value_max > error_bound->value_min));
+}
+
 /* Runs the passes; the runs then hold the terms. */
 static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *keep)
 {
+    const cvol_keep all = cvol_keep_all();
     cvol_array *array = b->array;
+    keep = is_all(array, keep) ? &all : keep;
     array->threshold = 0;
     b->step = at_least_float(keep->rule == CVOL_KEEP_STEP ? keep->value : fine_step(array, keep));
     array->step = b->step;

@@ -222,7 +222,7 @@ static int compress(cvol_context *context, cvol_array **out, cvol_compress_repor
     if (!code && report)
         *report = of_it;
     if (!code)
-        code = cvol_compress_check_least_psnr(context, options, of_it.psnr_db);
+        code = cvol_compress_check_least_psnr(context, options, of_it.psnr_db, 0);
     if (!code)
         code = cvol_report_progress(context, "compressing", 1);
     if (code) {

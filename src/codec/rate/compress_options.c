@@ -98,16 +98,17 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
 }
 
 int cvol_compress_check_least_psnr(cvol_context *context, const cvol_compress_options *options,
-                                   double psnr_db)
+                                   double psnr_db, int is_certified)
 {
+    const char *kind = is_certified ? "certified " : "";
     const int by_size = options->target == CVOL_TARGET_RATIO || options->target == CVOL_TARGET_BITS;
     if (!by_size || options->lossless || !(psnr_db < options->least_psnr))
         return CVOL_OK;
     return cvol_fail(context, CVOL_ERROR_TARGET,
                      options->target == CVOL_TARGET_RATIO
-                         ? "ratio %g leaves a PSNR of %.2f dB, less than %g dB"
-                         : "%g bits a sample leave a PSNR of %.2f dB, less than %g dB",
-                     options->target_value, psnr_db, options->least_psnr);
+                         ? "ratio %g leaves a %sPSNR of %.2f dB, less than %g dB"
+                         : "%g bits a sample leave a %sPSNR of %.2f dB, less than %g dB",
+                     options->target_value, kind, psnr_db, options->least_psnr);
 }
 
 int cvol_ratio_of_bits(cvol_context *context, double *ratio, double bits, cvol_type type)

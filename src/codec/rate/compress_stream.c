@@ -395,7 +395,7 @@ static int run(cvol_compression *c, const char *path, cvol_output *within, const
     if (!code && report)
         fill_report(report, c, now.found, kept, good);
     if (!code)
-        code = cvol_compress_check_least_psnr(c->context, c->options, now.found->psnr_db);
+        code = cvol_compress_check_least_psnr(c->context, c->options, now.found->psnr_db, 0);
     if (!code) /* the last moment to cancel */
         code = cvol_report_progress(c->context, "compressing", 1);
     code = cvol_team_agree(c->context, c->attempt.source.team, code);

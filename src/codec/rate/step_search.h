@@ -37,7 +37,7 @@ typedef struct cvol_compression {
 
 /* Checks the PSNR of a ratio or bits per sample against options->least_psnr. Errors: TARGET. */
 int cvol_compress_check_least_psnr(cvol_context *context, const cvol_compress_options *options,
-                                   double psnr_db);
+                                   double psnr_db, int is_certified);
 /* Converts bits per sample to a ratio. Errors: ARGUMENT. */
 int cvol_ratio_of_bits(cvol_context *context, double *ratio, double bits, cvol_type type);
 

@@ -588,6 +588,18 @@ int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_
 {
     cvol_compress_options full;
     *out = NULL;
-    const int code = cvol_compress_options_complete(context, &full, options);
-    return code ? code : transcode(context, out, report, array, &full);
+    int code = cvol_compress_options_complete(context, &full, options);
+    if (!code)
+        code = transcode(context, out, report, array, &full);
+    if (code)
+        return code;
+    const double psnr_db = (*out)->psnr_db;
+    code = cvol_compress_check_least_psnr(context, &full, psnr_db, !(*out)->measured);
+    if (code) {
+        cvol_array_free(*out);
+        *out = NULL;
+        if (report)
+            report->psnr_db = psnr_db;
+    }
+    return code;
 }

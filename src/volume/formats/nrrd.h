@@ -16,6 +16,9 @@ enum nrrd_field {
     NRRD_ENCODING,
     NRRD_ENDIAN,
     NRRD_SPACINGS,
+    NRRD_AXIS_MINS,
+    NRRD_AXIS_MAXS,
+    NRRD_CENTERS,
     NRRD_SPACE,
     NRRD_SPACE_DIMENSION,
     NRRD_SPACE_DIRECTIONS,
@@ -43,6 +46,9 @@ _Static_assert(NRRD_FIELDS <= CVOL_TEXT_FIELDS_MAX, "a header has room for all f
 
 /* The axes: their number, sizes, spacings and directions, and the space. */
 int cvol_nrrd_read_axes(nrrd *n);
+
+/* Copies word `index` of a field to `out`; "" if it has fewer, or `size` bytes are too few. */
+void cvol_nrrd_get_word(char *out, size_t size, const char *text, size_t index);
 
 /* nrrd_volumes.c: a fourth axis, of times or channels. find_extra sets the axis and its meaning;
  * known[a]: axis a has a direction in space. choose finds the samples of the chosen volume, after

@@ -9,8 +9,28 @@
 
 #include "base/context.h"
 #include "volume/io/geometry.h"
+#include "volume/io/unit.h"
 
 #define MAX_AXES CVOL_NRRD_AXES
+
+/* ---- words -------------------------------------------------------------------------- */
+
+void cvol_nrrd_get_word(char *out, size_t size, const char *text, size_t index)
+{
+    *out = '\0';
+    for (size_t i = 0; text && *text; i++) {
+        text += strspn(text, " \t");
+        const size_t length = *text == '"' ? strcspn(text + 1, "\"") : strcspn(text, " \t");
+        const char *word = text + (*text == '"');
+        if (i == index && length < size) {
+            memcpy(out, word, length);
+            out[length] = '\0';
+            return;
+        }
+        text = word + length;
+        text += *text == '"';
+    }
+}
 
 /* ---- axes ---------------------------------------------------------------------------- */
 
@@ -105,16 +125,51 @@ static int read_dimension(nrrd *n)
     return code;
 }
 
+/* One number for each of the file's axes; NaN, the format's word for unknown, without the field. */
+static int read_numbers(nrrd *n, int field, double numbers[MAX_AXES])
+{
+    for (int a = 0; a < MAX_AXES; a++)
+        numbers[a] = NAN;
+    return cvol_text_header_numbers(&n->header, field, numbers, n->dimension, "dimension");
+}
+
+/* Sets axis `a` of the grid by the positions of its ends; *step, signed, is the distance of samples
+ * that the header gives, or NaN. The ends are those of the first and the last sample with centers
+ * "node". With "cell", which the library of the format takes if they are unknown, each sample is
+ * the middle of a cell, and the ends are those of the cells. */
+static int set_extent(nrrd *n, int a, double min, double max, double *step)
+{
+    char center[8];
+    cvol_nrrd_get_word(center, sizeof center, n->header.value[NRRD_CENTERS], n->kept[a]);
+    const int is_node = !strcasecmp(center, "node");
+    const size_t steps = n->grid.dims[a] - (size_t)is_node;
+    if (isnan(*step) && isfinite(max - min) && steps > 0) {
+        double vector[3] = {0, 0, 0};
+        vector[a] = *step = (max - min) / (double)steps;
+        if (!cvol_geometry_set_axis(&n->grid, a, vector))
+            return cvol_text_header_fail(&n->header, NRRD_AXIS_MAXS, "are those of axis mins");
+    }
+    if (isfinite(min))
+        n->grid.origin[a] = min + (is_node || isnan(*step) ? 0 : *step / 2);
+    return CVOL_OK;
+}
+
+/* Spacings, and the ends of axes. Directions in space exclude both. */
 static int read_spacings(nrrd *n)
 {
-    double spacings[MAX_AXES];
-    if (!n->header.value[NRRD_SPACINGS])
-        return CVOL_OK;
-    int code = cvol_text_header_numbers(&n->header, NRRD_SPACINGS, spacings, n->dimension,
-                                        "dimension");
-    for (size_t a = 0; !code && a < 3 && a < n->dimension; a++)
-        if (!isnan(spacings[n->kept[a]])) /* the format's word for unknown */
-            n->grid.spacing[a] = spacings[n->kept[a]];
+    double spacings[MAX_AXES], mins[MAX_AXES], maxs[MAX_AXES];
+    int code = read_numbers(n, NRRD_SPACINGS, spacings);
+    if (!code)
+        code = read_numbers(n, NRRD_AXIS_MINS, mins);
+    if (!code)
+        code = read_numbers(n, NRRD_AXIS_MAXS, maxs);
+    for (int a = 0; !code && a < 3 && (size_t)a < n->dimension; a++) {
+        const size_t axis = n->kept[a];
+        if (!isnan(spacings[axis]))
+            n->grid.spacing[a] = spacings[axis];
+        if (!n->header.value[NRRD_SPACE_DIRECTIONS])
+            code = set_extent(n, a, mins[axis], maxs[axis], &spacings[axis]);
+    }
     return code;
 }
 
@@ -207,21 +262,55 @@ static int read_origin(nrrd *n, size_t components)
     return CVOL_OK;
 }
 
-/* The first quoted word of space units or units; axes of different units are not expected. */
-static void read_unit(nrrd *n)
+/* ---- units --------------------------------------------------------------------------- */
+
+/* Reads the units of the space's axes, or, without a space, of the array's. Lengths along such an
+ * axis times factor[a] are in the grid's unit. */
+static int read_units(nrrd *n, double factor[3])
 {
-    const char *text = n->header.value[NRRD_SPACE_UNITS] ? n->header.value[NRRD_SPACE_UNITS]
-                                                         : n->header.value[NRRD_UNITS];
-    const char *start = text ? strchr(text, '"') : NULL;
-    const char *end = start ? strchr(start + 1, '"') : NULL;
-    if (!end || !strncmp(start, "\"???\"", 5))
-        return;
-    snprintf(n->grid.unit, sizeof n->grid.unit, "%.*s", (int)(end - start - 1), start + 1);
+    const int field = n->header.value[NRRD_SPACE_UNITS] ? NRRD_SPACE_UNITS : NRRD_UNITS;
+    char word[3][32] = {"", "", ""};
+    for (size_t a = 0; a < 3 && (field == NRRD_SPACE_UNITS || a < n->dimension); a++) {
+        cvol_nrrd_get_word(word[a], sizeof word[a], n->header.value[field],
+                           field == NRRD_SPACE_UNITS ? a : n->kept[a]);
+        const int is_flat = field == NRRD_UNITS && n->grid.dims[a] == 1;
+        if (!strcmp(word[a], "???") || (is_flat && !(cvol_unit_metres(word[a]) > 0)))
+            word[a][0] = '\0';
+    }
+    const char *const unit[3] = {word[0], word[1], word[2]};
+    if (cvol_unit_factors(factor, n->grid.unit, unit))
+        return CVOL_OK;
+    return cvol_text_header_unsupported(&n->header, field,
+                                        "do not convert into each other: write one unit of length, "
+                                        "or \"???\" for an unknown one");
+}
+
+static void convert_axes(nrrd *n, directions *d, const double factor[3])
+{
+    for (size_t a = 0; a < 3 && a < n->dimension; a++) {
+        n->grid.spacing[a] *= factor[a];
+        if (!n->header.value[NRRD_SPACE_ORIGIN])
+            n->grid.origin[a] *= factor[a];
+        for (int i = 0; i < 3; i++)
+            d->vector[n->kept[a]][i] *= factor[a];
+    }
+}
+
+static void convert_space(nrrd *n, directions *d, const double factor[3])
+{
+    for (int i = 0; i < 3; i++) {
+        for (size_t a = 0; a < n->dimension; a++)
+            d->vector[a][i] *= factor[i];
+        n->grid.origin[i] *= factor[i];
+        if (!n->header.value[NRRD_SPACE_DIRECTIONS])
+            n->grid.spacing[i] *= factor[i];
+    }
 }
 
 int cvol_nrrd_read_axes(nrrd *n)
 {
     directions d = {.known = {0}};
+    double factor[3] = {1, 1, 1};
     size_t components = 0;
     int space = CVOL_SPACE_UNKNOWN;
     int code = read_dimension(n);
@@ -233,11 +322,16 @@ int cvol_nrrd_read_axes(nrrd *n)
         code = read_sizes(n, d.known);
     if (!code)
         code = read_spacings(n);
-    if (!code && n->header.value[NRRD_SPACE_DIRECTIONS])
-        code = set_directions(n, &d);
     if (!code)
         code = read_origin(n, components);
-    read_unit(n);
+    if (!code)
+        code = read_units(n, factor);
+    if (n->header.value[NRRD_SPACE_UNITS])
+        convert_space(n, &d, factor);
+    else
+        convert_axes(n, &d, factor);
+    if (!code && n->header.value[NRRD_SPACE_DIRECTIONS])
+        code = set_directions(n, &d);
     if (space == SPACE_LAS)
         cvol_geometry_mirror(&n->grid, 1);
     n->grid.space = space == SPACE_LAS ? CVOL_SPACE_LPS : (cvol_space)space;

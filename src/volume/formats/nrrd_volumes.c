@@ -22,24 +22,6 @@ enum { CHANNELS_WITHOUT_KIND = 4 };
 
 /* ---- the axis ---- */
 
-/* Copies word `index` of a field to `out`; "" if it has fewer. */
-static void get_word(char *out, size_t size, const char *text, size_t index)
-{
-    *out = '\0';
-    for (size_t i = 0; text && *text; i++) {
-        text += strspn(text, " \t");
-        const size_t length = *text == '"' ? strcspn(text + 1, "\"") : strcspn(text, " \t");
-        const char *word = text + (*text == '"');
-        if (i == index && length < size) {
-            memcpy(out, word, length);
-            out[length] = '\0';
-            return;
-        }
-        text = word + length;
-        text += *text == '"';
-    }
-}
-
 static int is_spatial(const char *kind)
 {
     return !strcasecmp(kind, "domain") || !strcasecmp(kind, "space");
@@ -65,7 +47,7 @@ void cvol_nrrd_find_extra(nrrd *n, const int *known)
     char kinds[CVOL_NRRD_AXES][32];
     int spatial[CVOL_NRRD_AXES];
     for (size_t a = 0; a < CVOL_NRRD_AXES; a++) {
-        get_word(kinds[a], sizeof kinds[a], n->header.value[NRRD_KINDS], a);
+        cvol_nrrd_get_word(kinds[a], sizeof kinds[a], n->header.value[NRRD_KINDS], a);
         spatial[a] = is_spatial(kinds[a]);
     }
     int extra = only_other(known);
@@ -91,11 +73,11 @@ static void read_times(const nrrd *n, cvol_labels *labels)
 {
     char word[32];
     double step;
-    get_word(word, sizeof word, n->header.value[NRRD_SPACINGS], n->extra);
+    cvol_nrrd_get_word(word, sizeof word, n->header.value[NRRD_SPACINGS], n->extra);
     if (!cvol_text_number(word, strlen(word), &step) || !(step > 0) || !isfinite(step))
         return;
     labels->time_step = step;
-    get_word(word, sizeof word, n->header.value[NRRD_UNITS], n->extra);
+    cvol_nrrd_get_word(word, sizeof word, n->header.value[NRRD_UNITS], n->extra);
     cvol_labels_set_unit(labels, word, strlen(word));
 }
 

@@ -33,24 +33,9 @@ static double read_length(const char *text, size_t size)
     return cvol_text_number(text, size, &value) && value > 0 && isfinite(value) ? value : 0;
 }
 
-/* Micrometres have many names; pixels have no unit. */
 static void set_unit(char unit[16], const char *text, size_t size)
 {
-    static const char *const micrometres[] = {"um",        "micron",     "microns",
-                                              "\\u00B5m",  "\xb5m",      "\xc2\xb5m",
-                                              "\xce\xbcm", "micrometer", "\\u00b5m"};
-    for (size_t i = 0; i < sizeof micrometres / sizeof *micrometres; i++)
-        if (strlen(micrometres[i]) == size && !memcmp(text, micrometres[i], size)) {
-            snprintf(unit, 16, "um");
-            return;
-        }
-    static const char *const others[][2] = {{"mm", "mm"}, {"nm", "nm"},      {"cm", "cm"},
-                                            {"m", "m"},   {"inch", "inch"},  {"in", "inch"},
-                                            {"pm", "pm"}, {"\xc3\x85", "A"}, {"A", "A"}};
-    unit[0] = '\0';
-    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
-        if (strlen(others[i][0]) == size && !memcmp(text, others[i][0], size))
-            snprintf(unit, 16, "%s", others[i][1]);
+    snprintf(unit, 16, "%.*s", (int)(size < 16 ? size : 15), text);
 }
 
 /* ---- ImageJ -------------------------------------------------------------------------- */
@@ -75,8 +60,11 @@ static void read_imagej_line(cvol_tiff_stack *s, const char *line, size_t size)
         s->spacing[2] = read_length(value +
                                         (rest && *value == '-'), /* ImageJ allows negative ones */
                                     rest - (rest && *value == '-'));
-    else if (name == 4 && !memcmp(line, "unit", 4))
-        set_unit(s->unit, value, rest);
+    else if (name == 4 && !memcmp(line, "unit", 4)) /* yunit and zunit follow, if they differ */
+        for (int a = 0; a < 3; a++)
+            set_unit(s->unit[a], value, rest);
+    else if (name == 5 && (!memcmp(line, "yunit", 5) || !memcmp(line, "zunit", 5)))
+        set_unit(s->unit[line[0] - 'x'], value, rest);
     if (count && read_count(value, rest))
         *count = read_count(value, rest);
 }
@@ -151,6 +139,8 @@ static void set_ome_order(cvol_tiff_stack *s, const char *order)
 static void read_ome(cvol_tiff_stack *s, const char *pixels, size_t samples)
 {
     static const char *const sizes[] = {"PhysicalSizeX", "PhysicalSizeY", "PhysicalSizeZ"};
+    static const char *const units[] = {"PhysicalSizeXUnit", "PhysicalSizeYUnit",
+                                        "PhysicalSizeZUnit"};
     size_t size;
     s->known = 1;
     s->slices = ome_count(pixels, "SizeZ");
@@ -163,10 +153,10 @@ static void read_ome(cvol_tiff_stack *s, const char *pixels, size_t samples)
     for (int a = 0; a < 3; a++) {
         value = find_attribute(pixels, sizes[a], &size);
         s->spacing[a] = value ? read_length(value, size) : 0;
-    }
-    if (s->spacing[0] > 0) { /* micrometres by default */
-        value = find_attribute(pixels, "PhysicalSizeXUnit", &size);
-        set_unit(s->unit, value ? value : "um", value ? size : 2);
+        if (s->spacing[a] > 0) { /* micrometres by default */
+            value = find_attribute(pixels, units[a], &size);
+            set_unit(s->unit[a], value ? value : "um", value ? size : 2);
+        }
     }
 }
 

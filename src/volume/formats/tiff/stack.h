@@ -10,9 +10,9 @@ typedef struct cvol_tiff_stack {
     size_t slices, channels, times;
     size_t slice_step, channel_step, time_step;
     double spacing[3]; /* 0: unknown */
-    char unit[16];
-    int is_imagej; /* x and y spacing are in the resolution tags */
-    size_t images; /* ImageJ: pages; a large file describes only the first */
+    char unit[3][16];  /* of each axis, as the file names it; "": unknown */
+    int is_imagej;     /* x and y spacing are in the resolution tags */
+    size_t images;     /* ImageJ: pages; a large file describes only the first */
 } cvol_tiff_stack;
 
 /* Reads an ImageDescription; known = 0 if text is NULL or of another program. `samples` of a pixel

@@ -20,6 +20,7 @@
 #include "volume/io/folder.h"
 #include "volume/io/format.h"
 #include "volume/io/text.h"
+#include "volume/io/unit.h"
 
 /* ---- pages --------------------------------------------------------------------------- */
 
@@ -220,16 +221,32 @@ static int choose_slices(cvol_context *context, stack *s, cvol_tiff_stack *descr
     return CVOL_OK;
 }
 
-/* Resolutions of plain files are those of printers: only ImageJ's describe samples. */
-static void set_spacing(cvol_grid *grid, const stack *s, const cvol_tiff_stack *described)
+/* Resolutions of plain files are those of printers: only ImageJ's describe samples. Lengths are
+ * converted to the unit of x. Pixels, for example, are no unit. */
+static int set_spacing(cvol_context *context, cvol_grid *grid, const stack *s,
+                       const cvol_tiff_stack *described, const char *path,
+                       const cvol_read_options *options)
 {
     double spacing[3] = {described->spacing[0], described->spacing[1], described->spacing[2]};
+    double factor[3] = {1, 1, 1};
+    const char *unit[3] = {described->unit[0], described->unit[1], described->unit[2]};
+    char common[16] = "";
+    if (grid->dims[2] == 1 && !(cvol_unit_metres(unit[2]) > 0))
+        unit[2] = "";
+    const int fits = cvol_unit_factors(factor, common, unit);
+    if (!fits && !(options->spacing[0] > 0))
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: the units of its axes are '%s', '%s' and '%s', which do not convert "
+                         "into each other: give --spacing SX,SY,SZ",
+                         path, unit[0], unit[1], unit[2]);
     for (int a = 0; a < 2 && described->is_imagej; a++)
         spacing[a] = s->first.resolution[a] > 0 ? 1 / s->first.resolution[a] : 0;
     for (int a = 0; a < 3; a++)
         if (spacing[a] > 0)
-            grid->spacing[a] = spacing[a];
-    memcpy(grid->unit, described->unit, sizeof grid->unit);
+            grid->spacing[a] = spacing[a] * (fits ? factor[a] : 1);
+    if (fits && cvol_unit_metres(common) > 0 && (described->is_imagej || spacing[0] > 0))
+        memcpy(grid->unit, common, sizeof grid->unit);
+    return CVOL_OK;
 }
 
 /* ---- reading ------------------------------------------------------------------------- */
@@ -301,8 +318,7 @@ static int find_tiff(cvol_context *context, cvol_grid *grid, cvol_stored *stored
     if (code)
         return code;
     *grid = cvol_grid_make(s->first.width, s->first.height, s->count, s->first.type);
-    set_spacing(grid, s, &described);
-    return CVOL_OK;
+    return set_spacing(context, grid, s, &described, path, options);
 }
 
 const cvol_format cvol_format_tiff = {

@@ -12,9 +12,9 @@
 #include "volume/io/text.h"
 #include "volume/io/time_step.h"
 
-static const char *const length_units[][2] = {{"A", "angstrom"},    {"nm", "nanometer"},
-                                              {"um", "micrometer"}, {"mm", "millimeter"},
-                                              {"cm", "centimeter"}, {"m", "meter"}};
+static const char *const length_units[][2] = {
+    {"pm", "picometer"},  {"A", "angstrom"},    {"nm", "nanometer"}, {"um", "micrometer"},
+    {"mm", "millimeter"}, {"cm", "centimeter"}, {"m", "meter"},      {"inch", "inch"}};
 static const char *const time_units[][2] = {
     {"s", "second"},   {"ms", "millisecond"}, {"us", "microsecond"}, {"ns", "nanosecond"},
     {"min", "minute"}, {"h", "hour"},         {"d", "day"}};

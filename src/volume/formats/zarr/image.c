@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "volume/io/unit.h"
 
 static const char all_axes[] = "tczyx";
 
@@ -179,44 +180,30 @@ int cvol_zarr_image_read(cvol_zarr_image *image, const cvol_zarr_group *group, s
 
 /* ---- geometry and labels ------------------------------------------------------------- */
 
-static const struct {
-    const char *name, *unit;
-    double metres;
-} units[] = {{"angstrom", "A", 1e-10},   {"nanometer", "nm", 1e-9},  {"micrometer", "um", 1e-6},
-             {"millimeter", "mm", 1e-3}, {"centimeter", "cm", 1e-2}, {"meter", "m", 1}};
-
-/* The index of a unit of length; -1: unknown. */
-static int find_unit(const char *name)
-{
-    for (int i = 0; i < (int)(sizeof units / sizeof *units); i++)
-        if (!strcmp(name, units[i].name))
-            return i;
-    return -1;
-}
-
 /* Lengths are converted to the unit of x, if all axes have one. */
 void cvol_zarr_image_place(cvol_grid *grid, const cvol_zarr_image *image)
 {
-    const char *spatial = "xyz";
-    int unit = -1, known = 1;
-    for (int k = image->rank - 1; k >= 0; k--)
-        if (strchr(spatial, image->axis[k])) {
-            known = known && find_unit(image->unit[k]) >= 0;
-            if (image->axis[k] == 'x')
-                unit = find_unit(image->unit[k]);
-        }
-    known = known && unit >= 0;
+    const char *spatial = "xyz", *unit[3] = {"", "", ""};
+    double factor[3] = {1, 1, 1};
+    char common[16];
+    int known = 1;
     for (int k = 0; k < image->rank; k++) {
         const char *at = strchr(spatial, image->axis[k]);
         if (!at)
             continue;
-        const int own = find_unit(image->unit[k]);
-        const double factor = known && own != unit ? units[own].metres / units[unit].metres : 1;
-        grid->spacing[at - spatial] = image->scale[k] * factor;
-        grid->origin[at - spatial] = image->translation[k] * factor;
+        known = known && cvol_unit_of_length(image->unit[k], strlen(image->unit[k]));
+        unit[at - spatial] = image->unit[k];
+    }
+    known = known && cvol_unit_factors(factor, common, unit);
+    for (int k = 0; k < image->rank; k++) {
+        const char *at = strchr(spatial, image->axis[k]);
+        if (!at)
+            continue;
+        grid->spacing[at - spatial] = image->scale[k] * (known ? factor[at - spatial] : 1);
+        grid->origin[at - spatial] = image->translation[k] * (known ? factor[at - spatial] : 1);
     }
     if (known)
-        snprintf(grid->unit, sizeof grid->unit, "%s", units[unit].unit);
+        snprintf(grid->unit, sizeof grid->unit, "%s", common);
 }
 
 /* A colour as in "00FF7F". */
