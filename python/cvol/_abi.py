@@ -63,6 +63,7 @@ Histogram = structs["cvol_histogram"]
 Annotation = _sized("cvol_annotation")
 ColourSource = _sized("cvol_colour_source")
 RefineReport = structs["cvol_refine_report"]
+CompressReport = structs["cvol_compress_report"]
 
 library = load()
 functions: dict[str, Any] = {}

@@ -86,11 +86,26 @@ def _sides(bricks: Any) -> tuple[int, int, int]:
     return int(sides[2]), int(sides[1]), int(sides[0])
 
 
-def _by_codec(samples: NDArray[Any], grid: Any, o: Any) -> Volume:
-    out = out_pointer()
+def _by_codec(samples: NDArray[Any], grid: Any, o: Any) -> tuple[Volume, Any]:
+    """The volume and a cvol_compress_report."""
+    out, report = out_pointer(), _abi.CompressReport()
     with Call() as call:
-        call("compress", c.byref(out), None, address(samples), c.byref(grid), c.byref(o))
-        return Volume._take(out)
+        call("compress", c.byref(out), c.byref(report), address(samples), c.byref(grid), c.byref(o))
+        return Volume._take(out), report
+
+
+def _report_miss(o: Any, report: Any, nbytes: int, size: int) -> None:
+    """Warns that a target by size was missed, as cvol compress prints it. nbytes, size: of the samples."""
+    if report.target_met or o.lossless or o.target not in (_RATIO, _BITS):
+        return
+    ratio, bits = nbytes / report.file_bytes, 8 * report.file_bytes / size
+    by_ratio = o.target == _RATIO
+    finer = ratio >= o.target_value if by_ratio else bits <= o.target_value
+    why = ("the volume is lossless, and lossy ones are not smaller" if report.lossless and not finer
+           else "the finest lossy volume is smaller" if finer else "this is the smallest possible volume")  # fmt: skip
+    asked = f"ratio {o.target_value:g}" if by_ratio else f"{o.target_value:g} bits a sample"
+    warnings.warn(f"{asked} is out of reach: {why}, 1/{ratio:.4g} of the raw samples, {bits:.3g} bits each",
+                  stacklevel=3)  # fmt: skip
 
 
 def _yielding(ratio: float, says: str) -> None:
@@ -164,6 +179,7 @@ def compress(
     bricks: sides of the boxes that decode independently, when a part of a file is sliced: 16, 32, 48 or 64 samples,
         one number, or one for each axis in the order of the array. None: 64, and less for files of 2 MB and more that
         are made to a ratio or to bits. Smaller bricks take more bits.
+    A ratio, or bits, that no file of the volume meets gives a warning with those that were reached.
     force: keep to ratio or bits even below 25 dB. Without it that is a `TargetError`; without a target, a PSNR of
         35 dB replaces the default ratio, with a warning.
     attributes: any JSON value, which the file stores.
@@ -216,7 +232,9 @@ def compress(
             if target in (_RATIO, _BITS) and not force:
                 o.least_psnr = _LEAST_PSNR
             try:
-                volume = _by_codec(samples, grid, o)
+                volume, report = _by_codec(samples, grid, o)
+                if named:
+                    _report_miss(o, report, samples.nbytes, samples.size)
             except TargetError as error:
                 if not o.least_psnr:
                     raise
@@ -224,7 +242,7 @@ def compress(
                     raise _refusal(str(error)) from None
                 _yielding(value, str(error))
                 o.target, o.target_value = _PSNR, PSNR_INSTEAD
-                volume = _by_codec(samples, grid, o)
+                volume, _ = _by_codec(samples, grid, o)
         else:
             if keep is None and (max_error is not None or target == _BITS or lossless):
                 raise ValueError("max_error, bits and lossless need three axes and DCT blocks")
@@ -283,7 +301,7 @@ def transcode(
     without loss, and keep to ratio or bits even below 25 dB; without it both are a `TargetError`."""
     if not isinstance(volume, Volume):
         raise TypeError(f"the volume is {volume!r}, must be a cvol.Volume")
-    out = out_pointer()
+    out, report = out_pointer(), _abi.CompressReport()
     o = _abi.defaults("compress_options")
     o.least_psnr = 0 if force else _LEAST_PSNR
     o.target, o.target_value = _target(ratio, psnr, None, bits, False, None)
@@ -295,9 +313,11 @@ def transcode(
         raise TargetError("the samples are labels, which transcoding would change; force=True makes them lossy")
     with volume._store.whole() as array, Call() as call:
         try:
-            call("array_transcode", c.byref(out), None, array, c.byref(o))
+            call("array_transcode", c.byref(out), c.byref(report), array, c.byref(o))
         except TargetError as error:
             if o.target != _PSNR and " PSNR of " in str(error):  # the least one
                 raise _refusal(str(error)) from None
             raise
-        return Volume._take(out)
+        made = Volume._take(out)
+    _report_miss(o, report, volume.nbytes, volume.size)
+    return made

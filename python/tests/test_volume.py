@@ -6,6 +6,7 @@ import math
 import os
 import signal
 import threading
+import warnings
 from pathlib import Path
 
 import cvol
@@ -74,6 +75,22 @@ def test_geometry_fits_the_array(array):
     assert cvol.compress(few[0].astype("f4"), psnr=40, geometry=G(unit="mm")).spacing == (1, 1)
     turned = G(spacing=(3, 4, 5), direction=np.eye(3)[[1, 0, 2]])
     assert np.allclose(cvol.compress(few, psnr=40, geometry=turned).affine, turned.affine())
+
+
+def test_a_size_out_of_reach_is_a_warning(array):
+    few, (z, y, x) = array[:16, :16, :20], np.ogrid[:32, :30, :30]
+    smooth = np.sin(x / 7.3) * np.cos(y / 5.1) + np.cos(z / 9.7)
+    with pytest.warns(UserWarning, match=r"ratio 100000 is out of reach: this is the smallest .*, 1/\d+"):
+        cvol.compress(few, ratio=100000, force=True)
+    with pytest.warns(UserWarning, match="0.0001 bits a sample is out of reach: this is the smallest"):
+        cvol.transcode(cvol.compress(few, psnr=40), bits=0.0001, force=True)
+    with pytest.warns(UserWarning, match="20 bits a sample is out of reach: the finest lossy volume is smaller"):
+        volume = cvol.compress(smooth, bits=20)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        cvol.compress(few, ratio=8, force=True)
+        cvol.compress(few, psnr=40), cvol.compress(np.zeros((3, 4, 5)), lossless=True)
+    assert not volume.info.exact
 
 
 def test_what_it_is(array, volume, path):

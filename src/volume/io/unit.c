@@ -16,10 +16,11 @@ enum { UNITS = sizeof units / sizeof *units };
 /* Other names in files: those of UDUNITS in OME-Zarr, symbols with either letter for micro or in
  * Latin-1, and ImageJ's. */
 static const char *const spellings[][2] = {
-    {"picometer", "pm"},  {"angstrom", "A"},    {"\xc3\x85", "A"},   {"nanometer", "nm"},
-    {"micrometer", "um"}, {"\xc2\xb5m", "um"},  {"\xce\xbcm", "um"}, {"\xb5m", "um"},
-    {"\\u00B5m", "um"},   {"\\u00b5m", "um"},   {"micron", "um"},    {"microns", "um"},
-    {"millimeter", "mm"}, {"centimeter", "cm"}, {"meter", "m"},      {"in", "inch"},
+    {"picometer", "pm"}, {"angstrom", "A"},    {"\xc3\x85", "A"},    {"\xc5", "A"},
+    {"nanometer", "nm"}, {"micrometer", "um"}, {"\xc2\xb5m", "um"},  {"\xce\xbcm", "um"},
+    {"\xb5m", "um"},     {"\\u00B5m", "um"},   {"\\u00b5m", "um"},   {"micron", "um"},
+    {"microns", "um"},   {"millimeter", "mm"}, {"centimeter", "cm"}, {"meter", "m"},
+    {"in", "inch"},
 };
 
 static int is_name(const char *name, const char *text, size_t size)
