@@ -85,12 +85,12 @@ class Texts(unittest.TestCase):
             file.write(self.header + line + self.samples)
 
     def test_unit_of_a_text_in_latin_1(self):
-        self.write("latin.nrrd", b"\xb5m")
+        self.write("latin.nrrd", b"\xb5V")
         with Viewer(folder.name, "latin.nrrd") as other:
             volume = other.wait_for("0")
-            self.assertEqual((volume["unit"], volume["dims"]), ("\u00b5m", [SIDE] * 3))
+            self.assertEqual((volume["unit"], volume["dims"]), ("\u00b5V", [SIDE] * 3))
             reply = other.post("volumes/0/measure", {"kind": "distance", "points": [[0, 0, 0], [3, 4, 0]]}).json
-            self.assertEqual((reply["unit"], reply["length"]), ("\u00b5m", 5))
+            self.assertEqual((reply["unit"], reply["length"]), ("\u00b5V", 5))
 
     def test_unit_of_a_compressed_file_that_is_not_utf_8(self):
         """Units in .cvol files may be any bytes (doc/format.md)."""
