@@ -179,6 +179,7 @@ static void report(cvol_masked_sums *out, const sums *s)
         out->variation[i] = t->number > 0 ? t->variation[i] - t->sum[i] * t->sum[i] / t->number : 0;
         out->error[i] = error_of(s->arrays[i]) +
                         SUM_ROUNDING * (sqrt(t->squares[i]) + sqrt(t->variation[i]));
+        out->rounding[i] = SUM_ROUNDING * t->variation[i];
         out->exact[i] = exact_samples(s->arrays[i]);
     }
 }

@@ -11,6 +11,7 @@ typedef struct cvol_masked_sums {
     double squares[2];           /* sum a^2 */
     double inner, apart;         /* sum a b, sum (a - b)^2 */
     double error[2];             /* bound of the L2 norm of each array's error */
+    double rounding[2];          /* bound of the rounding of each variation */
     double exact[2];             /* samples of a background that have no error */
 } cvol_masked_sums;
 

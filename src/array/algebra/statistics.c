@@ -53,6 +53,11 @@ static int masked_statistics(cvol_context *context, cvol_array_statistics *out, 
         return code;
     *out = statistics_of(sums.samples, sums.samples - sums.exact[0], sums.sum[0], sums.squares[0],
                          sums.variation[0], sums.error[0]);
+    if (sums.samples > 0) {
+        /* |sqrt(v + r) - sqrt(v)| <= sqrt(r), and <= r / sqrt(v) */
+        const double rounding = sums.rounding[0] / sums.samples, sd = out->standard_deviation;
+        out->standard_deviation_error += rounding < sd * sd ? rounding / sd : sqrt(rounding);
+    }
     return CVOL_OK;
 }
 
