@@ -389,3 +389,23 @@ grep -q 'here.nrrd and there.nrrd lie at different places (origin or direction)'
 cvol compare here.nrrd there.nrrd >out 2>err
 grep -q 'lie at different places' err || fail "compare says: $(cat err)"
 expect_done cvol compare here.nrrd here.nrrd
+
+# Samples s mean 2.5 s - 7: stats, measure and scale count values.
+{
+    printf 'ObjectType = Image\nNDims = 3\nDimSize = 4 4 4\nElementType = MET_UCHAR\n'
+    printf 'ElementToIntensityFunctionSlope = 2.5\nElementToIntensityFunctionOffset = -7\nElementDataFile = LOCAL\n'
+    printf 'abcdefghijklmnopqrstuvwxyzabcdefghijklmnopqrstuvwxyzabcdefghijkl'
+} >values.mha
+expect_done cvol compress values.mha values.cvol --lossless
+expect_done cvol measure values.mha --json
+exact=$(value_of mean)
+expect_done cvol stats values.cvol --json
+mean=$(value_of mean)
+bound=$(value_of mean_error)
+expect_near "$mean" "$exact" "$bound + 1e-9"
+expect_done cvol scale values.cvol --factor 2 --offset 30 -o twice.cvol
+expect_done cvol measure twice.cvol --json
+mean=$(value_of mean)
+bound=$(value_of mean_error)
+expect_near "$mean" "$(awk "BEGIN { print 2 * $exact + 30 }")" "$bound"
+expect_number "$bound" '<' 5
