@@ -64,7 +64,8 @@ static void put_number(uint32_t value, int bytes)
 /* An element's tag, representation and length. */
 static void put_head(uint32_t tag, const char *representation, uint32_t length)
 {
-    const int is_long = !strcmp(representation, "OW") || !strcmp(representation, "SQ");
+    const int is_long = !strcmp(representation, "OB") || !strcmp(representation, "OW") ||
+                        !strcmp(representation, "SQ") || !strcmp(representation, "UN");
     put_number(tag >> 16, 2);
     put_number(tag & 0xffff, 2);
     if (file_is_implicit) {
@@ -433,6 +434,51 @@ static void test_fragments(void **state)
     }
 }
 
+/* A sequence of icons, of undefined length: `pixels` are the fragments of its only one. */
+static slice with_icon(const char *representation, const void *pixels, size_t size)
+{
+    static char icon[512];
+    slice s = usual;
+    file_size = 0;
+    file_is_implicit = 0;
+    put_head(0x00880200, representation, UINT32_MAX);
+    file_is_implicit = !strcmp(representation, "UN");
+    put_number(0xe000fffe, 4);
+    put_number(UINT32_MAX, 4);
+    put_short(0x00280010, 64); /* rows of the icon */
+    put_head(0x7fe00010, "OB", UINT32_MAX);
+    put(pixels, size);
+    put("\xfe\xff\x0d\xe0\0\0\0\0\xfe\xff\xdd\xe0\0\0\0", 16);
+    memcpy(icon, file, file_size);
+    s.extra = icon;
+    s.extra_bytes = file_size;
+    return s;
+}
+
+/* Fragments of icons are no items of elements, whatever bytes they have. */
+static void test_packed_icons(void **state)
+{
+    static const char *const representations[] = {"SQ", "UN"};
+    (void)state;
+    for (size_t i = 0; i < 2; i++) {
+        pack_size = 0;
+        put_item(NULL, 0);
+        put_item("\xff\xd8\xff\xe0\0\x10JFIF\0\1", 12);
+        put_item(counting, 60);
+        memcpy(pack + pack_size, "\xfe\xff\xdd\xe0\0\0\0", 8);
+        slice s = with_icon(representations[i], pack, pack_size + 8);
+        const char *where = fresh();
+        cvol_volume *v = read_ok(write_slice(within(where, "a.dcm"), &s));
+        assert_int_equal(v->grid.dims[1], 2);
+        assert_memory_equal(v->data, counting, 6);
+        cvol_volume_free(v);
+        pack[8 + 4] = 0xff; /* a fragment longer than the file */
+        pack[8 + 5] = 0xff;
+        s = with_icon(representations[i], pack, pack_size + 8);
+        fails(&s, CVOL_ERROR_FORMAT, "its compressed icon is cut off or damaged at byte");
+    }
+}
+
 static void test_damaged_fragments(void **state)
 {
     (void)state;
@@ -551,6 +597,7 @@ int main(void)
         cmocka_unit_test(test_syntax_without_a_header),
         cmocka_unit_test(test_slices_that_do_not_fit),
         cmocka_unit_test(test_fragments),
+        cmocka_unit_test(test_packed_icons),
         cmocka_unit_test(test_damaged_fragments),
         cmocka_unit_test(test_bad_values),
     };

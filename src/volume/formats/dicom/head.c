@@ -392,6 +392,34 @@ static int walk_items(walk *w, const element *e, uint64_t *at, uint64_t end, int
     return CVOL_OK;
 }
 
+/* Pixels of undefined length within a sequence: those of a compressed icon. */
+static int is_packed_icon(const element *e)
+{
+    return e->length == UNDEFINED &&
+           (e->tag == TAG(0x7fe0, 0x0010) || !strcmp(e->representation, "OB") ||
+            !strcmp(e->representation, "OW"));
+}
+
+/* Skips fragments, which are items of bytes (PS3.5 A.4), up to their end. */
+static int skip_fragments(walk *w, uint64_t *at, uint64_t end)
+{
+    while (*at < end) {
+        element fragment;
+        const uint64_t begin = *at;
+        int code = read_element(w, at, &fragment);
+        if (code)
+            return code;
+        if (fragment.tag == TAG(0xfffe, 0xe0dd))
+            return CVOL_OK;
+        if (fragment.tag != TAG(0xfffe, 0xe000) || fragment.length > end - *at)
+            return cvol_fail(w->context, CVOL_ERROR_FORMAT,
+                             "%s: its compressed icon is cut off or damaged at byte %llu",
+                             w->input.path, (unsigned long long)begin);
+        *at += fragment.length;
+    }
+    return CVOL_OK;
+}
+
 /* Sequences by name, or by their undefined length. */
 static int is_sequence(const walk *w, const element *e)
 {
@@ -428,6 +456,12 @@ static int walk_elements(walk *w, uint64_t *at, uint64_t end, int depth, int rea
             return CVOL_OK;
         if (e.tag == TAG(0x7fe0, 0x0010) && reads == 2)
             return note_pixels(w, &e);
+        if (is_packed_icon(&e)) {
+            code = skip_fragments(w, at, end);
+            if (code)
+                return code;
+            continue;
+        }
         if (is_sequence(w, &e)) {
             uint64_t stop = e.length == UNDEFINED || end - *at < e.length ? end : *at + e.length;
             const int implicit = w->implicit;
