@@ -75,6 +75,13 @@ class Labels(unittest.TestCase):
         for place, name in ("x=8&y=8&z=10", "Base plate"), ("x=20&y=20&z=5", None):
             self.assertEqual(viewer.get(f"volumes/{volume}/value?{place}").json["label"], name)
 
+    def test_copies_with_loss_are_refused(self):
+        """cvol transcode refuses them, too."""
+        for volume in self.volumes.values():
+            reply = viewer.post(f"volumes/{volume}/copy", {"ratio": 60})
+            self.assertEqual(reply.status, 400)
+            self.assertIn("has labels: a copy with loss would have other values", reply.json["error"])
+
     def test_the_default_view_has_thin_labels(self):
         """The rod alone is 35 samples high, and the plate 28 wide; the ball 12."""
         home = viewer.get("volumes/" + self.volumes["labels.cvol"]).json["home"]

@@ -35,6 +35,11 @@ answer copy_post(request *r)
     shown_volume *parent = request_ready_volume(r, &refusal);
     if (!parent)
         return refusal;
+    if (parent->labels) {
+        volume_release(parent);
+        return answer_error(400, "volume '%s' has labels: a copy with loss would have other values",
+                            r->name);
+    }
     json_t *body;
     fields_parse(&body, r->body, r->body_bytes, error, sizeof error);
     fields f = {body, NULL, "", error, sizeof error};
