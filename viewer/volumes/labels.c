@@ -41,17 +41,20 @@ static int may_be_labels(const shown_volume *v)
            8 * (double)v->compressed_bytes < bits_most * (double)cvol_grid_samples(&v->grid);
 }
 
-/* 1 if the samples are labels, or have so few values that the usual colours are those of labels. */
-static int are_labels(cvol_context *context, const shown_volume *v, const cvol_volume *samples)
+/* *out: 1 if the samples are labels, or have so few values that the usual colours are those of
+ * labels. */
+static int find_whether_labels(cvol_context *context, int *out, const shown_volume *v,
+                               const cvol_volume *samples)
 {
     cvol_transfer *transfer = NULL;
     cvol_kind kind = CVOL_KIND_GENERAL;
-    if (cvol_volume_is_labels(samples, v->path))
-        return 1;
-    const int code = cvol_transfer_create_auto(context, &transfer, &kind, NULL, &v->histogram,
-                                               &v->grid, 1);
+    int code = cvol_volume_compute_is_labels(context, out, samples, v->path);
+    if (code || *out)
+        return code;
+    code = cvol_transfer_create_auto(context, &transfer, &kind, NULL, &v->histogram, &v->grid, 1);
     cvol_transfer_free(transfer);
-    return !code && kind == CVOL_KIND_LABELS;
+    *out = kind == CVOL_KIND_LABELS;
+    return code;
 }
 
 /* The known facts about a label; NULL: none. */
@@ -136,7 +139,10 @@ int labels_find(cvol_context *context, shown_labels **out, const shown_volume *v
         samples = own;
     }
     shown_labels *labels = NULL;
-    if (!code && are_labels(context, v, samples)) {
+    int are_labels = 0;
+    if (!code)
+        code = find_whether_labels(context, &are_labels, v, samples);
+    if (!code && are_labels) {
         labels = calloc(1, sizeof *labels);
         code = labels ? make(context, labels, &found, v, samples) : CVOL_ERROR_MEMORY;
     }
