@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "base/for_type.h"
+#include "base/doubles.h"
 #include "cvol/codec.h"
 #include "volume/formats/nifti_intent.h"
 #include "volume/formats/vdb/labels.h"
@@ -32,16 +32,6 @@ typedef struct pairs {
     size_t equal, apart, jumps;
 } pairs;
 
-/* Samples as doubles, `width` of them from `line` on. */
-static void load_line(double *out, const cvol_volume *volume, size_t line, size_t width)
-{
-#define LOAD(t)                        \
-    for (size_t i = 0; i < width; i++) \
-    out[i] = (double)((const t *)volume->data)[line * width + i]
-    CVOL_FOR_TYPE(volume->grid.type, LOAD);
-#undef LOAD
-}
-
 /* The samples, read line by line along x. */
 typedef struct lines {
     const cvol_volume *volume;
@@ -49,12 +39,18 @@ typedef struct lines {
     size_t width, count;
 } lines;
 
+static void load_line(const lines *of, size_t number)
+{
+    cvol_doubles_load(of->line, of->volume->grid.type, of->volume->data, number * of->width,
+                      of->width);
+}
+
 static void find_range(double *least, double *most, const lines *of)
 {
-    load_line(of->line, of->volume, 0, of->width);
+    load_line(of, 0);
     *least = *most = of->line[0];
     for (size_t l = 0; l < of->count && *most - *least < OFFSETS; l++) {
-        load_line(of->line, of->volume, l, of->width);
+        load_line(of, l);
         for (size_t i = 0; i < of->width; i++) {
             *least = of->line[i] < *least ? of->line[i] : *least;
             *most = of->line[i] > *most ? of->line[i] : *most;
@@ -76,7 +72,7 @@ static int find_commonest(cvol_context *context, size_t *found, double *commones
     if (!counts)
         return cvol_fail_memory(context, bins * sizeof *counts, "counts of values");
     for (size_t l = 0; l < of->count; l++) {
-        load_line(of->line, of->volume, l, of->width);
+        load_line(of, l);
         for (size_t i = 0; i < of->width; i++)
             counts[(size_t)(of->line[i] - least)]++;
     }
@@ -118,7 +114,7 @@ static int look_like_labels(cvol_context *context, int *out, const cvol_volume *
         return cvol_fail_memory(context, width * sizeof(double), "a line of samples");
     const int code = find_commonest(context, &values, &commonest, &all_lines);
     for (size_t l = 0; l < all_lines.count && !code && values > 1; l++) {
-        load_line(all_lines.line, volume, l, width);
+        load_line(&all_lines, l);
         add_pairs(&of, all_lines.line, width, commonest);
     }
     free(all_lines.line);

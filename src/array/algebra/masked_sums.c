@@ -8,7 +8,7 @@
 #include "array/core/share.h"
 #include "array/evaluate/box.h"
 #include "base/context.h"
-#include "base/for_type.h"
+#include "base/doubles.h"
 #include "base/memory.h"
 
 /* Samples along each axis of the pieces that are evaluated together. Each has its own sums, which
@@ -75,11 +75,7 @@ static int evaluate_piece(cvol_context *context, sums *s, const size_t begin[3],
         } else {
             code = cvol_array_evaluate_real(context, s->evaluated, array, begin, end);
         }
-#define CONVERT(t)                     \
-    for (size_t k = 0; k < count; k++) \
-    s->samples[i][k] = (double)((const t *)s->evaluated)[k]
-        CVOL_FOR_TYPE(type, CONVERT);
-#undef CONVERT
+        cvol_doubles_load(s->samples[i], type, s->evaluated, 0, count);
         if (s->fills[i])
             cvol_mask_get(s->fills[i], s->arrays[i]->mask, begin, end);
     }

@@ -4,6 +4,7 @@
 #include <limits.h>
 #include <stdlib.h>
 
+#include "base/doubles.h"
 #include "base/for_type.h"
 #include "base/memory.h"
 #include "codec/residual/residual_intervals.h"
@@ -163,15 +164,6 @@ CVOL_INLINE uint32_t sum_at(const cvol_residual_coder *coder, const uint32_t *li
 
 /* ---- from values to numbers and back ---------------------------------------------------- */
 
-static void load_line(double *out, cvol_type type, const void *samples, size_t at, size_t count)
-{
-#define LOAD(t)                        \
-    for (size_t x = 0; x < count; x++) \
-    out[x] = (double)((const t *)samples)[at + x]
-    CVOL_FOR_TYPE(type, LOAD);
-#undef LOAD
-}
-
 static void store_line(void *samples, cvol_type type, size_t at, const double *from,
                        const uint8_t *which, size_t count)
 {
@@ -280,7 +272,7 @@ int cvol_residual_encode(cvol_residual_coder *coder, cvol_bytes *out,
             const size_t at = width * (y + height * z);
             const double *base = brick->base + at;
             const uint8_t *which = brick->which ? brick->which + at : NULL;
-            load_line(coder->values, rule->type, samples, at, width);
+            cvol_doubles_load(coder->values, rule->type, samples, at, width);
             if (!(cvol_residual_rule_needs_base(rule)
                       ? find_cells(coder, rule, base, which, width)
                       : find_numbers(coder, rule, bound, base, which, width)))

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/doubles.h"
 #include "base/for_type.h"
 #include "base/memory.h"
 
@@ -13,15 +14,6 @@
 enum { SMALL_SIDE = 64 };
 /* Samples that are converted at once: an even number. */
 enum { STEP = 512 };
-
-void cvol_zarr_load(double *out, cvol_type type, const void *samples, size_t count)
-{
-#define LOAD(t)                        \
-    for (size_t i = 0; i < count; i++) \
-    out[i] = (double)((const t *)samples)[i]
-    CVOL_FOR_TYPE(type, LOAD);
-#undef LOAD
-}
 
 static void store(void *out, cvol_type type, const double *values, size_t count)
 {
@@ -73,10 +65,9 @@ static void add_samples(double *sum, uint32_t *count, cvol_type type, const uint
                         size_t width)
 {
     double values[STEP];
-    const size_t sample = cvol_type_size(type);
     for (size_t x = 0; x < width; x += STEP) {
         const size_t n = width - x < STEP ? width - x : STEP;
-        cvol_zarr_load(values, type, row + x * sample, n);
+        cvol_doubles_load(values, type, row, x, n);
         for (size_t i = 0; i < n; i++) {
             const int counts = isfinite(values[i]) != 0;
             sum[(x + i) / 2] += counts ? values[i] : 0;

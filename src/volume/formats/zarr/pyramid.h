@@ -41,7 +41,4 @@ void cvol_zarr_pyramid_close(cvol_zarr_pyramid *pyramid);
 int cvol_zarr_pyramid_add(cvol_context *context, cvol_zarr_pyramid *pyramid, const void *slice,
                           const cvol_zarr_level_sink *sink);
 
-/* Loads `count` samples as doubles. */
-void cvol_zarr_load(double *out, cvol_type type, const void *samples, size_t count);
-
 #endif

@@ -14,6 +14,7 @@
 #include "base/byte_order.h"
 #include "base/c_locale.h"
 #include "base/context.h"
+#include "base/doubles.h"
 #include "base/memory.h"
 #include "base/thread.h"
 #include "volume/formats/zarr/describe.h"
@@ -136,12 +137,12 @@ static void find_range(image *m, const uint8_t *slice)
     enum { STEP = 512 };
     double values[STEP];
     const cvol_grid *grid = &m->written.grid;
-    const size_t count = grid->dims[0] * grid->dims[1], sample = cvol_type_size(grid->type);
+    const size_t count = grid->dims[0] * grid->dims[1];
     double *least = &m->least[m->volume % m->written.channels];
     double *most = &m->most[m->volume % m->written.channels];
     for (size_t at = 0; at < count; at += STEP) {
         const size_t n = least_of(STEP, count - at);
-        cvol_zarr_load(values, grid->type, slice + at * sample, n);
+        cvol_doubles_load(values, grid->type, slice, at, n);
         for (size_t i = 0; i < n; i++)
             if (isfinite(values[i])) {
                 *least = values[i] < *least ? values[i] : *least;
