@@ -175,6 +175,10 @@ for type in float32 int16; do
     expect_number "$(value_of peak)" '<' 70000
     expect_done cvol compare sea.raw land.cvol $land --json
     expect_number "$(value_of max_abs_error)" '>' 30000
+    [ $type = float32 ] || continue # -32768 is not far from all others
+    expect_done cvol decompress land.cvol back.raw
+    expect_done cvol compare land.raw back.raw $land --json
+    expect_near "$(value_of psnr_db)" "$psnr" 0.001
 done
 # A target below the coarsest quantisation is out of reach, and compress prints it.
 expect_done cvol compress in.raw a.cvol $raw --bpv 0.0001 --force

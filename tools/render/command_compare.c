@@ -11,9 +11,10 @@ static const char description[] =
     "of the same size (PNG or compressed). It prints the PSNR of B against A: over the value\n"
     "range of A for volumes; over 255 for pictures, and for their foreground (pixels where\n"
     "either picture has a channel above 2), with SSIM. Equal inputs are \"exact\"; their PSNR\n"
-    "is null in JSON. Samples that a .cvol file stores as missing, and NaN, are left out if\n"
-    "they are the same in both. --time, --channel and --series choose a volume of A. --time and\n"
-    "--channel also choose a volume of B if B is a .cvol series.";
+    "is null in JSON. Samples that a .cvol file stores as missing, NaN, and in other files a\n"
+    "value far from all others, such as 1e35, are left out if they are the same in both.\n"
+    "--time, --channel and --series choose a volume of A. --time and --channel also choose a\n"
+    "volume of B if B is a .cvol series.";
 
 static const char examples[] = "  cvol compare brain.nii.gz brain.cvol\n"
                                "  cvol compare a.png b.cvi --json\n";
@@ -92,19 +93,36 @@ static int mark_missing(cvol_context *context, cvol_volume **volume, const uint8
     return CVOL_OK;
 }
 
-/* Sets the samples that a .cvol file stores as missing, and that are equal in both volumes, to NaN:
- * fills such as 1e35 have no part in the range or in the errors. Exit status. */
-static int leave_out_missing(cvol_context *context, input *a, input *b, const cvol_array *array)
+/* missing[i] = 1 for samples of a value far from all others, such as 1e35. *found: some have it. */
+static int find_marks(cvol_context *context, int *found, uint8_t *missing,
+                      const cvol_volume *volume)
+{
+    cvol_histogram histogram;
+    const int code = cvol_volume_compute_histogram(context, &histogram, volume);
+    *found = !code && histogram.mark_count > 0;
+    for (size_t i = 0; *found && i < cvol_grid_samples(&volume->grid); i++)
+        missing[i] = value_at(volume, i) == histogram.mark;
+    return code;
+}
+
+/* Sets the samples that volume `of` lacks, and that are equal in both volumes, to NaN: fills such
+ * as 1e35 have no part in the range or in the errors. A .cvol file states what it lacks. Exit
+ * status. */
+static int leave_out_missing(cvol_context *context, input *a, input *b, const input *of)
 {
     const cvol_grid *grid = &a->volume->grid;
     const size_t begin[3] = {0, 0, 0}, samples = cvol_grid_samples(grid);
-    if (!array || memcmp(grid->dims, b->volume->grid.dims, sizeof grid->dims) != 0)
+    if (memcmp(grid->dims, b->volume->grid.dims, sizeof grid->dims) != 0)
         return EXIT_DONE;
     uint8_t *missing = malloc(samples);
     if (!missing)
         return report_error(EXIT_FAILED, "not enough memory");
-    int code = CVOL_OK;
-    if (cvol_array_evaluate_mask(missing, array, begin, grid->dims)) {
+    int code = CVOL_OK, found;
+    if (of->array)
+        found = cvol_array_evaluate_mask(missing, of->array, begin, grid->dims) > 0;
+    else
+        code = find_marks(context, &found, missing, of->volume);
+    if (found) {
         for (size_t i = 0; i < samples; i++)
             missing[i] = missing[i] && value_at(a->volume, i) == value_at(b->volume, i);
         code = mark_missing(context, &a->volume, missing);
@@ -151,9 +169,9 @@ static int compare_volumes(cvol_context *context, common_options *common, const 
     if (!status)
         status = need_volume(context, &b);
     if (!status)
-        status = leave_out_missing(context, &a, &b, a.array);
+        status = leave_out_missing(context, &a, &b, &a);
     if (!status)
-        status = leave_out_missing(context, &a, &b, b.array);
+        status = leave_out_missing(context, &a, &b, &b);
     if (!status && cvol_volume_compare(context, &d, a.volume, b.volume))
         status = report_error(EXIT_FAILED, "%s and %s: %s", a_path, b_path,
                               cvol_context_message(context));
