@@ -50,8 +50,8 @@ typedef struct cvol_compress_options {
     double max_error;  /* with a PSNR: no sample changes by more than this; 0: no limit */
     int lossless; /* every sample decodes to its original bits, for any type; the target does not
                      matter */
-    int has_fill; /* samples equal to `fill` have no value; NaN: all NaN and infinite samples have
-                     none */
+    int has_fill; /* samples that are `fill`, NaN or infinite have no value, and keep their bits; a
+                     `fill` of NaN: NaN and infinite ones only */
     double fill;
     cvol_background background; /* for samples in memory. VALUE cannot be combined with a maximum
                                    error, lossless or a fill; FIND then finds none */

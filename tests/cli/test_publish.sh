@@ -220,6 +220,15 @@ expect_done cvol compress marked.nrrd values.cvol --lossless --fill nan
 expect_done cvol decompress marked.cvol marked.raw
 expect_done cvol decompress values.cvol values.raw
 cmp marked.raw values.raw || fail 'a lossless file must keep markers'
+# Next to a marker, NaN stays NaN.
+{
+    printf 'NRRD0004\ntype: float\ndimension: 3\nsizes: 40 40 40\nencoding: ascii\n\n'
+    sed '5s/.*/nan/;1000,1020s/.*/inf/' text.raw
+} >both.nrrd
+expect_status 0 cvol compress both.nrrd both.cvol --psnr 60
+expect_sentence 'both.nrrd: samples of 1e+35, far from all others, are treated as missing; give --fill nan'
+expect_done cvol compare both.nrrd both.cvol --json
+expect_number "$(value_of max_abs_error)" '<' 0.1
 # An isosurface of a value outside the range is empty, and render warns.
 expect_done cvol compress marked.nrrd marked.cvol --fill 1e35 --psnr 60
 expect_status 0 cvol render marked.cvol -o none.png --mode iso --iso 9 --size 32

@@ -232,6 +232,39 @@ static void masks_are_kept(void **state)
     free(out);
 }
 
+/* A lossless file may have several fills: one number, and NaN and infinities. */
+static void all_fills_of_a_lossless_array_are_kept(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(50, 40, 45, CVOL_FLOAT32);
+    const size_t count = cvol_grid_samples(&grid), zero[3] = {0, 0, 0};
+    for (int has_mark = 0; has_mark <= 1; has_mark++) {
+        float *samples = make_volume(&grid, 7), *out = malloc(count * sizeof *out);
+        cvol_compress_options options = cvol_compress_options_defaults();
+        cvol_array *from, *array;
+        assert_non_null(out);
+        for (size_t i = 0; i < count; i++)
+            if (i % 50 < 20)
+                samples[i] = i % 5 > 1 && has_mark ? 1e35f : (float)(i % 2 ? NAN : -INFINITY);
+        options.lossless = 1;
+        options.has_fill = has_mark;
+        options.fill = 1e35;
+        check_ok(cvol_compress(context, &from, NULL, samples, &grid, &options));
+        options = options_of(CVOL_TARGET_PSNR, 40);
+        check_ok(cvol_array_transcode(context, &array, NULL, from, &options));
+        check_ok(cvol_array_evaluate_box(context, out, array, zero, grid.dims));
+        for (size_t i = 0; i < count; i++)
+            if (i % 50 < 20)
+                assert_memory_equal(&out[i], &samples[i], sizeof *out);
+            else
+                assert_true(fabs((double)out[i] - (double)samples[i]) < 1e6);
+        cvol_array_free(from);
+        cvol_array_free(array);
+        free(samples);
+        free(out);
+    }
+}
+
 /* An array with a residual is decoded and compressed: masked samples stay, the others are within
  * the error that the result states. */
 static void residuals_are_decoded(void **state)
@@ -380,6 +413,7 @@ int main(void)
         cmocka_unit_test(any_threads_give_the_same_bytes),
         cmocka_unit_test(coarse_bounds_hold_at_the_ends),
         cmocka_unit_test(masks_are_kept),
+        cmocka_unit_test(all_fills_of_a_lossless_array_are_kept),
         cmocka_unit_test(residuals_are_decoded),
         cmocka_unit_test(histograms_can_be_left_out),
         cmocka_unit_test(finer_is_refused),

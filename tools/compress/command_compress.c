@@ -303,10 +303,7 @@ static int choose_marks(cvol_context *context, const compress_arguments *a, meth
         return report_context_error(context, code, code == CVOL_ERROR_MEMORY ? path : NULL);
     if (are_labels || !histogram.mark_count)
         return EXIT_DONE;
-    cvol_volume_statistics statistics; /* NaN would come back as the mark */
-    const int has_fills = !m->truncate && m->options.background != CVOL_BACKGROUND_VALUE &&
-                          !cvol_volume_compute_statistics(context, &statistics, volume) &&
-                          !statistics.bad_count;
+    const int has_fills = !m->truncate && m->options.background != CVOL_BACKGROUND_VALUE;
     if (has_fills) {
         m->options.has_fill = 1;
         m->options.fill = histogram.mark;

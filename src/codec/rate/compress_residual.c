@@ -62,8 +62,7 @@ typedef struct modes {
 static int find_fills(modes *m, cvol_fills *fills)
 {
     const cvol_compress_options *options = m->options;
-    const int nonfinite = (options->has_fill && !isfinite(options->fill)) ||
-                          (m->bound == 0 && !cvol_type_is_integer(m->grid->type));
+    const int nonfinite = options->has_fill || m->bound == 0;
     uint64_t bits;
     *fills = (cvol_fills){0};
     if (options->has_fill && isfinite(options->fill)) {

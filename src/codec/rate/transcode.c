@@ -513,9 +513,11 @@ static int compress_decoded(cvol_context *context, cvol_array **out, cvol_compre
     if (!samples)
         return cvol_fail_memory(context, cvol_grid_bytes(&array->grid), "the decoded samples");
     how.least_psnr = 0;
-    how.has_fill = fills && fills->count == 1;
-    if (how.has_fill)
-        how.fill = cvol_fills_value(fills, 0, array->grid.type);
+    how.has_fill = fills != NULL; /* one finite value at most; all NaN and infinite ones */
+    for (int i = 0; fills && i < fills->count; i++) {
+        const double value = cvol_fills_value(fills, i, array->grid.type);
+        how.fill = i == 0 || isfinite(value) ? value : how.fill;
+    }
     int code = cvol_array_evaluate_box(context, samples, array, zero, array->grid.dims);
     if (!code)
         code = cvol_compress(context, out, report, samples, &array->grid, &how);
