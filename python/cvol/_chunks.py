@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._call import FormatError, TargetError
-from ._compress import EFFORTS, PSNR_INSTEAD, compress
+from ._compress import EFFORTS, PSNR_INSTEAD, compress, missing_value
 from ._geometry import TYPES
 from ._store import Store
 from ._volume import Volume
@@ -40,7 +40,7 @@ def _compressed(samples: NDArray[Any], options: Mapping[str, Any]) -> bytes:
     """One volume as a .cvol file. A target that cannot be met gives way to 35 dB, that to lossless."""
     target: dict[str, Any] = {"lossless": True} if samples.dtype == np.bool_ else dict(options)
     effort = target.pop("effort", "default")
-    fill = np.nan if samples.dtype.kind == "f" and not np.isfinite(samples).all() else None
+    fill = missing_value(samples)
     attempts: list[dict[str, Any]] = [target, {"psnr": PSNR_INSTEAD}, {"lossless": True}]
     for attempt in attempts:
         try:

@@ -76,6 +76,25 @@ def _keep_labels(labels: Any, array: Any, named: list[str], of_blocks: bool) -> 
     return bool(labels)
 
 
+def _mark(samples: NDArray[Any], grid: Any) -> Optional[float]:
+    """The value that marks missing samples: one far from all others, such as 1e35. None: there is none."""
+    histogram = _abi.Histogram()
+    with Call() as call:
+        call("volume_compute_histogram", c.byref(histogram), c.byref(_abi.Volume(grid, address(samples))))
+    return float(histogram.mark) if histogram.mark_count and not is_labels(samples) else None
+
+
+def missing_value(samples: NDArray[Any]) -> Optional[float]:
+    """The `fill` of `compress` that every volume can have: its mark; or NaN, if samples are NaN or infinite; or
+    None."""
+    if samples.ndim != 3 or not samples.size or samples.dtype.kind not in "iuf":
+        return None
+    stored = samples_of(samples)
+    if (mark := _mark(stored, make_grid(stored.shape, stored.dtype))) is not None:
+        return mark
+    return math.nan if stored.dtype.kind == "f" and not np.isfinite(stored).all() else None
+
+
 def _sides(bricks: Any) -> tuple[int, int, int]:
     """Sides of bricks along x, y, z; 0: the default."""
     if bricks is None:
@@ -171,7 +190,8 @@ def compress(
     geometry: the whole geometry; spacing, if given, replaces its spacing.
     transform, block: "dct", "dht" or "dft" of blocks of 8, 16 or 32 samples a side, or (block 0) of the whole
         array. Everything but DCT blocks of rank 3 is compressed by truncation; ratio then refers to memory.
-    fill: samples equal to it have no value (NaN: all NaN and infinite ones); they decode to their original bits.
+    fill: samples that are equal to it, NaN or infinite have no value (NaN: only the latter); they decode to their
+        original bits. None: a value far from all others, such as 1e35, with a warning, and NaN.
     background: a constant value to store separately and without loss; "auto": find one; None: no.
     lap: blocks overlap through filters; False: multiplying and convolving are faster.
     effort: "fast", "default" or "max". fast takes less than half the time and 3 to 9 % more bits. max gives 0.1 to
@@ -221,6 +241,11 @@ def compress(
             exact = lossless or max_error is not None and float(max_error) == 0  # with a PSNR, max_error 0 means: none
             o.lossless, o.lapped, o.effort = exact, lap, EFFORTS[effort]
             o.brick[:] = _sides(bricks)
+            if fill is None and not (labels or isinstance(background, (int, float))):
+                fill = _mark(samples, grid)
+                if fill is not None and not exact:
+                    warnings.warn(f"samples of {fill:g}, far from all others, are treated as missing; give fill=nan if "
+                                  "they are values", stacklevel=2)  # fmt: skip
             if fill is not None:
                 o.has_fill, o.fill = 1, float(fill)
             if background == "auto":

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._call import Handle
-from ._compress import compress
+from ._compress import compress, missing_value
 from ._geometry import Geometry
 from ._reader import Reading, read_grid, read_samples
 from ._store import Store, identity
@@ -89,8 +89,7 @@ class DenseStore(Store):
                     self._check_file()
                 samples, geometry = read_samples(self.path or "", self._reading)
                 options = dict(self._options)
-                if samples.dtype.kind == "f" and not np.isfinite(samples).all():
-                    options.setdefault("fill", np.nan)
+                options.setdefault("fill", missing_value(samples))
                 store = compress(samples, geometry=geometry, **options)._store  # type: ignore[arg-type]
                 self._whole, self._info, self.grid, self.block = store._whole, store.info, store.grid, store.block
                 self.rank, self.transform, self.attributes = store.rank, store.transform, store.attributes

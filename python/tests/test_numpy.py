@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 
 import cvol
@@ -197,6 +198,26 @@ def test_samples_without_a_value_decode():
     v = cvol.compress(array, psnr=50, fill=np.nan)
     assert np.isnan(np.mean(v)) and np.isnan(np.max(v))
     assert np.nanmean(v) == pytest.approx(np.nanmean(array), abs=0.5)
+
+
+@pytest.mark.parametrize("others", [(), (np.nan,), (np.nan, -np.inf)])
+def test_marks_of_missing_samples(others, tmp_path):
+    """A value far from all others has no value, as in the command, also next to NaN."""
+    array = make_array((20, 16, 24), "f4")
+    array[3, :2] = np.float32(1e35)
+    for i, value in enumerate(others):
+        array[9, 0, i] = value
+    missing = ~(np.abs(array) < 1e30)
+    np.save(tmp_path / "a.npy", array)
+    with pytest.warns(UserWarning, match=r"samples of 1e\+35, far from all others, are treated as missing"):
+        v = cvol.compress(array, psnr=50)
+    for volume in v, cvol.compress(array, psnr=50, fill=1e35), cvol.open(tmp_path / "a.npy", compress={"psnr": 50}):
+        back = volume.to_numpy()
+        assert np.array_equal(back[missing], array[missing], equal_nan=True)
+        assert np.abs(back - array, where=~missing, out=np.zeros_like(array)).max() < np.ptp(array[~missing]) / 50
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert np.array_equal(cvol.compress(array, lossless=True).to_numpy(), array, equal_nan=True)
 
 
 def test_arithmetic_of_ufuncs_stays_compressed(volume):
