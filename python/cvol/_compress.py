@@ -59,7 +59,10 @@ def is_labels(array: ArrayLike, path: Optional[Union[str, "os.PathLike[str]"]] =
         return True
     volume = _abi.Volume(make_grid(samples.shape, samples.dtype), address(samples))
     name = None if path is None else path_bytes(path)
-    return bool(_abi.functions["volume_is_labels"](c.byref(volume), name))
+    out = c.c_int()
+    with Call() as call:
+        call("volume_compute_is_labels", c.byref(out), c.byref(volume), name)
+    return bool(out.value)
 
 
 def _keep_labels(labels: Any, array: Any, named: list[str], of_blocks: bool) -> bool:
