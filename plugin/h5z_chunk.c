@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cvol/transfer.h"
 #include "h5z_cvol.h"
 
 __attribute__((format(printf, 3, 4))) static int set_message(char *message, size_t message_bytes,
@@ -127,6 +128,22 @@ static int has_holes(const void *samples, const cvol_grid *grid)
     return 0;
 }
 
+/* Samples of a value far from all others, such as the fill value of netCDF, have no value, nor have
+ * NaN and infinite ones. Lossless chunks need no fill. */
+static int choose_fill(cvol_context *context, cvol_compress_options *options,
+                       const cvol_volume *chunk)
+{
+    cvol_histogram histogram;
+    if (options->lossless)
+        return CVOL_OK;
+    const int code = cvol_volume_compute_histogram(context, &histogram, chunk);
+    if (!code && (histogram.mark_count || has_holes(chunk->data, &chunk->grid))) {
+        options->has_fill = 1;
+        options->fill = histogram.mark_count ? histogram.mark : (double)NAN;
+    }
+    return code;
+}
+
 /* One thread: after a fork, as in workers of Python, there are no others. */
 static cvol_context *context_of_one_thread(void)
 {
@@ -164,11 +181,9 @@ int cvol_h5z_encode(void **out, size_t *size, const cvol_h5z_plan *plan, const v
         memcpy(copy, samples, plan->bytes);
         if (plan->swaps)
             swap(copy, plan->bytes, cvol_type_size(plan->grid.type));
-        if (!options.lossless && has_holes(copy, &plan->grid)) {
-            options.has_fill = 1;
-            options.fill = NAN;
-        }
-        code = cvol_compress(context, &array, NULL, copy, &plan->grid, &options);
+        code = choose_fill(context, &options, &(cvol_volume){plan->grid, copy});
+        if (!code)
+            code = cvol_compress(context, &array, NULL, copy, &plan->grid, &options);
     }
     if (!code)
         code = cvol_array_write_memory(context, array, out, size);
