@@ -37,6 +37,17 @@ done
 expect_done cvol compress in.nrrd bpv.cvol --bpv 0.5 --stream --json
 expect_number "$(value_of bits_per_voxel)" '<=' 0.5
 
+# Values that mark missing samples are stored like others, and compress warns.
+awk 'BEGIN { for (z = 0; z < 20; z++) for (y = 0; y < 20; y++) for (x = 0; x < 20; x++)
+    print z < 5 ? "1e35" : sin(x / 6) * cos(y / 9) + z / 40 }' >text.raw
+{
+    printf 'NRRD0004\ntype: float\ndimension: 3\nsizes: 20 20 20\nencoding: ascii\n\n'
+    cat text.raw
+} >marked.nrrd
+expect_status 0 cvol compress marked.nrrd m.cvol --psnr 50 --stream
+grep -q 'm.cvol: some samples are 1e+35, far from all others, and degrade those; only volumes' "$err" ||
+    fail 'must warn of a value far from all others'
+
 expect_failure 2 '--stream needs DCT blocks of 16' cvol compress in.nrrd x.cvol --stream --max-error 3
 expect_failure 2 '--stream needs DCT blocks of 16' cvol compress in.nrrd x.cvol --stream --block 8
 expect_failure 2 '--stream needs DCT blocks of 16' cvol compress in.nrrd x.cvol --stream --lossless

@@ -86,6 +86,20 @@ static cvol_sample_source source_of(slab_input *in)
         .read_rows = cvol_volume_stream_can_read_rows(in->stream) ? read_rows : NULL};
 }
 
+/* Warns if some samples are of a value far from all others: files that are made slab by slab store
+ * it like any other. */
+static void warn_about_mark(cvol_context *context, const cvol_array *array, const char *path)
+{
+    cvol_histogram histogram;
+    if (cvol_array_compute_histogram(context, &histogram, array) || !histogram.mark_count)
+        return;
+    clear_progress();
+    fprintf(stderr,
+            "cvol: %s: some samples are %g, far from all others, and degrade those; only volumes "
+            "that fit into memory can have missing values\n",
+            path, histogram.mark);
+}
+
 /* Reads one brick of the file for its properties, and takes the rest from the report. */
 int read_streamed_info(cvol_context *context, cvol_array_info *info, const char *path,
                        const cvol_grid *grid, const cvol_compress_report *report)
@@ -98,6 +112,7 @@ int read_streamed_info(cvol_context *context, cvol_array_info *info, const char 
         return report_error(EXIT_FAILED, "%s: was written, but cannot be described: %s", path,
                             cvol_context_message(context));
     cvol_array_get_info(info, array);
+    warn_about_mark(context, array, path);
     cvol_array_free(array);
     info->coefficients = report->coefficients;
     info->rho = (double)report->coefficients / (double)cvol_grid_samples(grid);
