@@ -469,6 +469,11 @@ def make_analyze():
         announce(name, volume, (1.5, 2, 2.5))
     nibabel.save(nibabel.Nifti1Pair(volume.T, affine), "pair.img")
     announce("pair.img", volume, (1.5, 2, 2.5))
+    nibabel.save(nibabel.Nifti2Pair(volume.T, affine), "pair2.img")
+    nibabel.save(nibabel.Nifti1Pair(volume.T, affine), "packed.img.gz")
+    nibabel.save(nibabel.Nifti2Pair(volume.T, affine), "packed2.hdr.gz")
+    for name in ("pair2.hdr", "pair2.img", "packed.hdr.gz", "packed.img.gz", "packed2.img.gz"):
+        announce(name, volume, (1.5, 2, 2.5))
     # What nibabel makes of the geometry.
     for name in ("i2.img", "spm.img", "turned.img", "only_m.img"):
         note_affine(name, nibabel.Spm99AnalyzeImage.from_filename(name).affine)

@@ -58,6 +58,14 @@ run cvol compress mine.nii nii.cvol
 grep -q 'samples are labels' "$err" || fail 'must detect labels by the intent code'
 expect_done cvol decompress nii.cvol back.raw
 expect_same_file back.raw smooth.raw
+head -c 344 mine.nii >pair.hdr # the same as a pair of files
+printf 'ni1\0' >>pair.hdr
+tail -c +353 mine.nii >pair.img
+printf '\0\0\0\0' | dd of=pair.hdr bs=1 seek=108 conv=notrunc 2>/dev/null # vox_offset
+for ending in hdr img; do
+    run cvol compress pair.$ending $ending.cvol
+    grep -q 'samples are labels' "$err" || fail "must detect labels by the intent code of pair.$ending"
+done
 
 # Each of several volumes is tested; one message reports the number.
 cp labels.raw labels2.raw

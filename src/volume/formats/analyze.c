@@ -93,25 +93,52 @@ static char *other_of(const char *path, const char *ending, const char *other)
     return name;
 }
 
-static char *header_of(const char *path)
+static int exists(const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    if (file)
+        fclose(file);
+    return file != NULL;
+}
+
+char *cvol_analyze_header_of(const char *path)
 {
     char *name = other_of(path, ".img", ".hdr");
-    return name ? name : other_of(path, ".img.gz", ".hdr");
+    if (name)
+        return name;
+    name = other_of(path, ".img.gz", ".hdr");
+    char *packed = name && !exists(name) ? other_of(path, ".img.gz", ".hdr.gz") : NULL;
+    if (packed && exists(packed)) {
+        free(name);
+        return packed;
+    }
+    free(packed);
+    return name;
+}
+
+static int is_nifti(const char *path)
+{
+    uint8_t head[CVOL_FORMAT_HEAD_BYTES];
+    size_t size;
+    cvol_context context = {.limit_bytes = 0}; /* for discarded messages */
+    return !cvol_file_peek(&context, head, &size, sizeof head, path) &&
+           cvol_format_nifti.recognise(head, size);
 }
 
 int cvol_analyze_has_header(const char *path)
 {
-    char *name = header_of(path);
+    char *name = cvol_analyze_header_of(path);
     FILE *file = name ? fopen(name, "rb") : NULL;
     uint8_t head[4] = {0};
     int is_header = 0;
-    free(name);
     if (file) { /* other programs have text in NAME.hdr */
         is_header = fread(head, 1, sizeof head, file) == sizeof head &&
                     (get_bits(head, 4, 0) == HEADER_BYTES || get_bits(head, 4, 1) == HEADER_BYTES ||
                      get_bits(head, 4, 0) == 540 || get_bits(head, 4, 1) == 540);
         fclose(file);
     }
+    is_header = is_header || (name && is_nifti(name)); /* a packed one */
+    free(name);
     return is_header;
 }
 
@@ -126,12 +153,10 @@ static int find_samples(const analyze *a, cvol_stored *stored)
                    : cvol_fail(a->context, CVOL_ERROR_FORMAT,
                                "%s: is the header of a pair, whose name must end in .hdr", a->path);
     }
-    FILE *file = fopen(packed, "rb");
-    if (file)
-        fclose(file);
-    stored->encoding = file ? CVOL_ENCODING_GZIP : CVOL_ENCODING_RAW;
-    stored->data_path = file ? packed : plain;
-    free(file ? plain : packed);
+    const int is_packed = exists(packed);
+    stored->encoding = is_packed ? CVOL_ENCODING_GZIP : CVOL_ENCODING_RAW;
+    stored->data_path = is_packed ? packed : plain;
+    free(is_packed ? plain : packed);
     return CVOL_OK;
 }
 
@@ -266,9 +291,9 @@ static int choose_volume(const analyze *a, const cvol_grid *grid, cvol_stored *s
 static int find_pair(analyze *a, cvol_grid *grid, cvol_stored *stored,
                      const cvol_read_options *options)
 {
-    int code = read_header(a);
-    if (!code && has_magic(a->header))
+    if (is_nifti(a->path))
         return cvol_format_nifti.find(a->context, grid, stored, a->path, options);
+    int code = read_header(a);
     *grid = cvol_grid_make(1, 1, 1, CVOL_UINT8);
     if (!code)
         code = read_type(a, grid);
@@ -289,7 +314,7 @@ static int find_pair(analyze *a, cvol_grid *grid, cvol_stored *stored,
 static int find_analyze(cvol_context *context, cvol_grid *grid, cvol_stored *stored,
                         const char *path, const cvol_read_options *options)
 {
-    char *name = header_of(path);
+    char *name = cvol_analyze_header_of(path);
     analyze a = {.context = context, .path = name ? name : path, .volumes = 1};
     const int code = find_pair(&a, grid, stored, options);
     free(name);
