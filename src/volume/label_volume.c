@@ -16,7 +16,7 @@
 #include "volume/formats/zarr/labels.h"
 #include "volume/io/format.h"
 
-enum { VALUES_MAX = 4096, OFFSETS = 1 << 16 };
+enum { VALUES_MAX = 4096, OFFSETS = 1 << 16, PLACE_BITS = 14, PLACES = 1 << PLACE_BITS };
 /* The share of neighbours that must be equal, and the share of unequal ones that must differ by 2
  * or more. */
 #define EQUAL_SHARE 0.85
@@ -59,15 +59,58 @@ static void find_range(double *least, double *most, const lines *of)
     }
 }
 
-/* The most frequent value, and the number of values; 0: more than VALUES_MAX values, or too far
- * apart. */
+/* Numbers of samples by value, for any range: a hash table with open addressing. */
+typedef struct counter {
+    double values[PLACES];
+    size_t counts[PLACES]; /* 0: a free place */
+    size_t used;
+} counter;
+
+/* 0: more than VALUES_MAX values. */
+static int count_value(counter *c, double value)
+{
+    size_t at = (size_t)((uint64_t)(int64_t)value * 0x9e3779b97f4a7c15 >> (64 - PLACE_BITS));
+    while (c->counts[at] && (c->values[at] < value || c->values[at] > value))
+        at = (at + 1) % PLACES;
+    if (!c->counts[at] && ++c->used > VALUES_MAX)
+        return 0;
+    c->values[at] = value;
+    c->counts[at]++;
+    return 1;
+}
+
+static int find_commonest_far(cvol_context *context, size_t *found, double *commonest,
+                              const lines *of)
+{
+    counter *c = calloc(1, sizeof *c);
+    int few = 1;
+    if (!c)
+        return cvol_fail_memory(context, sizeof *c, "counts of values");
+    for (size_t l = 0; l < of->count && few; l++) {
+        load_line(of->line, of->volume, l, of->width);
+        for (size_t i = 0; i < of->width && few; i++)
+            few = count_value(c, of->line[i]);
+    }
+    size_t best = 0;
+    for (size_t i = 0; i < PLACES; i++)
+        if (c->counts[i] > c->counts[best] ||
+            (c->counts[i] == c->counts[best] && c->values[i] < c->values[best]))
+            best = i;
+    *commonest = c->values[best];
+    *found = few ? c->used : 0;
+    free(c);
+    return CVOL_OK;
+}
+
+/* The most frequent value, and the number of values; 0: more than VALUES_MAX values. Labels of
+ * atlases may be far apart. */
 static int find_commonest(cvol_context *context, size_t *found, double *commonest, const lines *of)
 {
     double least, most;
     *found = 0;
     find_range(&least, &most, of);
     if (most - least >= OFFSETS)
-        return CVOL_OK;
+        return find_commonest_far(context, found, commonest, of);
     const size_t bins = (size_t)(most - least) + 1;
     size_t *counts = calloc(bins, sizeof *counts), best = 0, values = 0;
     if (!counts)

@@ -96,3 +96,35 @@ expect_done cvol transcode named.cvol forced.cvol --psnr 40 --force --json
 expect_equal "$(value_of exact)" false
 expect_done cvol compress smooth.raw plain.cvol $raw --lossless
 expect_done cvol transcode plain.cvol smaller.cvol --psnr 40
+
+# Labels of atlases may be far apart: 0, 997 and 614454277.
+far() { # two lines of 24 samples; the last runs of the first one are of value $1
+    for value in '\\000\\000\\000\\000' '\\345\\003\\000\\000' "$1" '\\345\\003\\000\\000'; do
+        printf "$value%.0s" 1 2 3 4 5 6 7 8 9 10 11 12
+    done
+}
+line=$(far '\\005\\324\\237\\044')
+i=0
+while [ $i -lt 160 ]; do
+    printf "$line"
+    i=$((i + 1))
+done >far.raw
+raw='--dims 24x20x16 --type uint32'
+expect_done cvol info far.raw $raw --json
+expect_equal "$(value_of labels.2.value) $(value_of labels.2.samples)" '614454277 1920'
+expect_status 0 cvol compress far.raw far.cvol $raw
+grep -q 'samples are labels' "$err" || fail 'must detect labels that are far apart'
+expect_done cvol info far.cvol --json
+expect_equal "$(value_of labels.0.samples) $(value_of labels.1.value)" '1920 997'
+expect_done cvol render far.cvol -o far.png --size 16 --labels 614454277
+# Values that do not fit into 32 bits with a sign are not listed.
+line=$(far '\\377\\377\\377\\377')
+i=0
+while [ $i -lt 160 ]; do
+    printf "$line"
+    i=$((i + 1))
+done >far.raw
+expect_done cvol info far.raw $raw --json
+expect_status 0 cvol compress far.raw far.cvol $raw
+grep -q 'samples are labels' "$err" || fail 'must detect labels that are far apart'
+expect_done cvol info far.cvol

@@ -44,6 +44,7 @@ int find_label_kind(cvol_context *context, int *out, const cvol_volume *volume, 
     int code = cvol_volume_compute_is_labels(context, out, volume, path);
     if (code)
         return report_context_error(context, code, code == CVOL_ERROR_MEMORY ? path : NULL);
+    *out = *out && has_label_range(volume);
     if (*out || !cvol_type_is_integer(volume->grid.type))
         return EXIT_DONE;
     code = cvol_volume_compute_histogram(context, &histogram, volume);
@@ -51,7 +52,7 @@ int find_label_kind(cvol_context *context, int *out, const cvol_volume *volume, 
         code = cvol_transfer_create_auto(context, &transfer, &kind, NULL, &histogram, &volume->grid,
                                          1);
     cvol_transfer_free(transfer);
-    *out = kind == CVOL_KIND_LABELS;
+    *out = kind == CVOL_KIND_LABELS && has_label_range(volume);
     return code ? report_context_error(context, code, path) : EXIT_DONE;
 }
 

@@ -7,7 +7,7 @@
 
 #include "tools/labels/labels.h"
 
-/* The largest difference of two labels. */
+/* Labels that differ by more are counted in a hash table. */
 #define RANGE_MOST (1 << 24)
 
 /* ---- counting ---- */
@@ -77,18 +77,101 @@ static int list_values(label_values *out, const uint64_t *counts, size_t range, 
     return EXIT_DONE;
 }
 
+/* ---- counting labels that are far apart ---- */
+
+typedef struct place {
+    int value;
+    uint64_t samples; /* 0: free */
+} place;
+
+/* A hash table with open addressing, at most half full. */
+typedef struct counter {
+    place *places;
+    size_t room, count; /* room: a power of two */
+} counter;
+
+static place *find_place(const counter *c, int value)
+{
+    size_t at = (size_t)((uint64_t)(uint32_t)value * 0x9e3779b97f4a7c15 >> 24);
+    for (at &= c->room - 1; c->places[at].samples && c->places[at].value != value;)
+        at = (at + 1) & (c->room - 1);
+    return &c->places[at];
+}
+
+static int grow(counter *c)
+{
+    const counter old = *c;
+    c->room = old.room ? 2 * old.room : 1 << 10;
+    c->places = calloc(c->room, sizeof *c->places);
+    for (size_t i = 0; c->places && i < old.room; i++)
+        if (old.places[i].samples)
+            *find_place(c, old.places[i].value) = old.places[i];
+    free(old.places);
+    return c->places != NULL;
+}
+
+static int compare_places(const void *a, const void *b)
+{
+    const int x = ((const place *)a)->value, y = ((const place *)b)->value;
+    return (x > y) - (x < y);
+}
+
+/* 0: no memory. */
+static int count_places(counter *c, const cvol_volume *volume)
+{
+    const size_t samples = cvol_grid_samples(&volume->grid);
+    for (size_t i = 0; i < samples; i++) {
+        const int value = label_at(volume, i);
+        if (2 * c->count >= c->room && !grow(c))
+            return 0;
+        place *at = find_place(c, value);
+        c->count += !at->samples;
+        at->value = value;
+        at->samples++;
+    }
+    for (size_t i = 0, used = 0; i < c->room; i++)
+        if (c->places[i].samples)
+            c->places[used++] = c->places[i];
+    qsort(c->places, c->count, sizeof *c->places, compare_places);
+    return 1;
+}
+
+static int count_far_labels(label_values *out, const cvol_volume *volume)
+{
+    counter c = {0};
+    const int is_counted = count_places(&c, volume);
+    out->values = calloc(c.count, sizeof *out->values);
+    out->samples = calloc(c.count, sizeof *out->samples);
+    if (!is_counted || !out->values || !out->samples) {
+        free(c.places);
+        return report_error(EXIT_FAILED, "not enough memory");
+    }
+    size_t commonest = 0;
+    int has_zero = 0;
+    for (size_t i = 0; i < c.count; i++) {
+        out->values[i] = c.places[i].value;
+        out->samples[i] = c.places[i].samples;
+        commonest = out->samples[i] > out->samples[commonest] ? i : commonest;
+        has_zero = has_zero || !out->values[i];
+    }
+    out->count = c.count;
+    out->background = has_zero ? 0 : out->values[commonest];
+    free(c.places);
+    return EXIT_DONE;
+}
+
 int count_labels(label_values *out, const cvol_volume *volume, const char *path)
 {
     const size_t samples = cvol_grid_samples(&volume->grid);
     int range[2];
     *out = (label_values){0};
     if (!find_range(range, volume))
-        return report_error(EXIT_MISUSED, "%s: its samples are not whole numbers, so no labels",
-                            path);
+        return report_error(EXIT_MISUSED,
+                            "%s: its samples are not whole numbers from %d to %d, so no labels",
+                            path, INT_MIN, INT_MAX);
     const int64_t width = (int64_t)range[1] - range[0] + 1;
     if (width > RANGE_MOST)
-        return report_error(EXIT_MISUSED, "%s: samples from %d to %d are no labels", path, range[0],
-                            range[1]);
+        return count_far_labels(out, volume);
     uint64_t *counts = calloc((size_t)width, sizeof *counts);
     if (!counts)
         return report_error(EXIT_FAILED, "not enough memory");
@@ -97,6 +180,12 @@ int count_labels(label_values *out, const cvol_volume *volume, const char *path)
     const int status = list_values(out, counts, (size_t)width, range[0]);
     free(counts);
     return status;
+}
+
+int has_label_range(const cvol_volume *volume)
+{
+    int range[2];
+    return find_range(range, volume);
 }
 
 void free_values(label_values *values)

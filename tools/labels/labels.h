@@ -57,6 +57,8 @@ typedef struct label_choice {
  * Exit status. */
 int count_labels(label_values *out, const cvol_volume *volume, const char *path);
 void free_values(label_values *values);
+/* 1 if all samples are whole numbers that labels can be: those of int. */
+int has_label_range(const cvol_volume *volume);
 /* Sample `i` of a volume that count_labels accepts. */
 int label_at(const cvol_volume *volume, size_t i);
 /* The same for any volume. */
@@ -66,8 +68,9 @@ double value_at(const cvol_volume *volume, size_t i);
 int choose_label_values(uint8_t *chosen, const label_values *values, const label_table *table,
                         const label_choice *choice, const char *path);
 
-/* info_labels.c: *out: 1 if the samples are labels, by cvol_volume_is_labels or because they are
- * few whole numbers, as cvol_transfer_create_auto decides. Exit status. */
+/* info_labels.c: *out: 1 if the samples are labels that count_labels accepts, by
+ * cvol_volume_is_labels or because they are few whole numbers, as cvol_transfer_create_auto
+ * decides. Exit status. */
 int find_label_kind(cvol_context *context, int *out, const cvol_volume *volume, const char *path);
 /* *out: the labels of an open volume as a JSON array, with names, numbers of samples
  * and volumes; NULL if it has none. file: --label-table, or NULL. Exit status. */
