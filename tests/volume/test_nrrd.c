@@ -258,6 +258,22 @@ static void test_nrrd_volumes(void **state)
     read_fails_with(
         nrrd(TYPE8 "dimension: 4\nsizes: 2 2 3 2\nkinds: list domain domain domain\n" RAW, 23),
         &one, CVOL_ERROR_FORMAT, "23 of the 24 bytes", "");
+    /* an axis of volumes that the header states, next to another one of size 1 */
+    static const char *const facts[] = {
+        "kinds: space space space time\n",
+        "space: LPS\nspace directions: (1,0,0) (0,1,0) (0,0,1) none\n"};
+    for (int i = 0; i < 2; i++) {
+        char text[200];
+        snprintf(text, sizeof text, TYPE8 "dimension: 4\nsizes: 3 1 4 2\n%s" RAW, facts[i]);
+        path = nrrd(text, 24);
+        check_counts(path, 2, 1);
+        cvol_volume *v;
+        one.index = 1;
+        check_ok(cvol_volume_read(context, &v, path, &one));
+        assert_true(v->grid.dims[0] == 3 && v->grid.dims[1] == 1 && v->grid.dims[2] == 4);
+        check_bytes(v, 13, 1);
+    }
+    one.index = 0;
     read_fails_with(nrrd(TYPE8 "dimension: 4\nsizes: 2 3 2 2\nencoding: ascii\n"
                                "kinds: space space space list\n\n1 2 3",
                          0),

@@ -50,9 +50,11 @@ int cvol_nrrd_read_axes(nrrd *n);
 /* Copies word `index` of a field to `out`; "" if it has fewer, or `size` bytes are too few. */
 void cvol_nrrd_get_word(char *out, size_t size, const char *text, size_t index);
 
-/* nrrd_volumes.c: a fourth axis, of times or channels. find_extra sets the axis and its meaning;
- * known[a]: axis a has a direction in space. choose finds the samples of the chosen volume, after
- * those of the whole file were found. */
+/* nrrd_volumes.c: a fourth axis, of times or channels. find_stated_extra returns the axis that the
+ * header states, or -1; find_extra sets the axis and its meaning; known[a]: axis a has a direction
+ * in space. choose finds the samples of the chosen volume, after those of the whole file were
+ * found. */
+int cvol_nrrd_find_stated_extra(const nrrd *n, const int *known);
 void cvol_nrrd_find_extra(nrrd *n, const int *known);
 int cvol_nrrd_choose(nrrd *n, cvol_stored *stored, const cvol_read_options *options);
 

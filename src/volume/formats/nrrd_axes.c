@@ -62,12 +62,13 @@ static int next_vector(const char **text, double vector[3], size_t *components)
     return 1;
 }
 
-/* The axis of four that the grid omits: the last of size 1 without a direction, else the last of
- * size 1; -1 if there is none. */
-static int axis_to_leave(const size_t *sizes, const int *known)
+/* The axis of size 1 of four that the grid omits, if the header states no axis of volumes: the last
+ * without a direction, else the last; -1 if there is none. */
+static int axis_to_leave(const nrrd *n, const int *known)
 {
+    const size_t *sizes = n->sizes;
     int leave = -1;
-    for (int a = 0; a < MAX_AXES; a++)
+    for (int a = 0; a < MAX_AXES && cvol_nrrd_find_stated_extra(n, known) < 0; a++)
         if (sizes[a] == 1 && (leave < 0 || !known[a] || known[leave]))
             leave = a;
     return leave;
@@ -101,7 +102,7 @@ static int read_sizes(nrrd *n, const int *known)
             &n->header, NRRD_KINDS,
             "have an axis of colours, which is not supported: write each "
             "colour into a file of its own");
-    int leave = n->dimension == 4 ? axis_to_leave(sizes, known) : MAX_AXES;
+    int leave = n->dimension == 4 ? axis_to_leave(n, known) : MAX_AXES;
     if (leave < 0) {
         cvol_nrrd_find_extra(n, known);
         leave = (int)n->extra;

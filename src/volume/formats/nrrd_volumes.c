@@ -40,25 +40,30 @@ static int only_other(const int *marked)
     return found;
 }
 
+int cvol_nrrd_find_stated_extra(const nrrd *n, const int *known)
+{
+    char kind[32];
+    int spatial[CVOL_NRRD_AXES];
+    for (size_t a = 0; a < CVOL_NRRD_AXES; a++) {
+        cvol_nrrd_get_word(kind, sizeof kind, n->header.value[NRRD_KINDS], a);
+        spatial[a] = is_spatial(kind);
+    }
+    const int extra = only_other(known);
+    return extra < 0 ? only_other(spatial) : extra;
+}
+
 void cvol_nrrd_find_extra(nrrd *n, const int *known)
 {
     static const char ending[] = "-color";
     const size_t most = sizeof ending - 1;
-    char kinds[CVOL_NRRD_AXES][32];
-    int spatial[CVOL_NRRD_AXES];
-    for (size_t a = 0; a < CVOL_NRRD_AXES; a++) {
-        cvol_nrrd_get_word(kinds[a], sizeof kinds[a], n->header.value[NRRD_KINDS], a);
-        spatial[a] = is_spatial(kinds[a]);
-    }
-    int extra = only_other(known);
-    if (extra < 0)
-        extra = only_other(spatial);
+    int extra = cvol_nrrd_find_stated_extra(n, known);
     if (extra < 0)
         extra = n->sizes[0] <= CHANNELS_WITHOUT_KIND ? 0 : CVOL_NRRD_AXES - 1;
-    const char *kind = kinds[extra];
+    char kind[32];
+    cvol_nrrd_get_word(kind, sizeof kind, n->header.value[NRRD_KINDS], (size_t)extra);
     const size_t length = strlen(kind);
     const int has_kind = length && strcmp(kind, "???") && strcasecmp(kind, "none") &&
-                         !spatial[extra];
+                         !is_spatial(kind);
     n->extra = (size_t)extra;
     n->extra_size = n->sizes[extra];
     n->has_channels = has_kind ? strcasecmp(kind, "list") && strcasecmp(kind, "time")
