@@ -93,6 +93,37 @@ static void test_nifti_wide(void **state)
     cvol_volume_free(volume);
 }
 
+/* Units that NIfTI and MetaImage do not have are converted. */
+static void test_written_units(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *unit, *nifti, *meta;
+        double nifti_factor, meta_factor;
+    } cases[] = {{"nm", "um", "um", 1e-3, 1e-3},   {"A", "um", "um", 1e-4, 1e-4},
+                 {"cm", "mm", "cm", 10, 1},        {"m", "m", "mm", 1, 1000},
+                 {"inch", "mm", "mm", 25.4, 25.4}, {"um", "um", "um", 1, 1},
+                 {"second", "", "", 1, 1}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+        for (int k = 0; k < 2; k++) {
+            const char *name = in_folder(k ? "u.mha" : "u.nii");
+            const double factor = k ? cases[i].meta_factor : cases[i].nifti_factor;
+            cvol_grid grid = cvol_grid_make(2, 3, 2, CVOL_INT8);
+            snprintf(grid.unit, sizeof grid.unit, "%s", cases[i].unit);
+            grid.spacing[1] = 4;
+            grid.origin[2] = -8;
+            cvol_volume *volume = make_volume(&grid, 2);
+            check_ok(cvol_volume_write(context, volume, name));
+            cvol_volume *back = read_ok(name);
+            assert_string_equal(back->grid.unit, k ? cases[i].meta : cases[i].nifti);
+            near(back->grid.spacing[0], factor, 1e-6 * factor);
+            near(back->grid.spacing[1], 4 * factor, 1e-6 * factor);
+            near(back->grid.origin[2], -8 * factor, 1e-6 * factor);
+            cvol_volume_free(back);
+            cvol_volume_free(volume);
+        }
+}
+
 static void test_nifti_pair(void **state)
 {
     (void)state;
@@ -335,11 +366,12 @@ static void test_nifti_gzip(void **state)
 int main(void)
 {
     const struct CMUnitTest reading[] = {
-        cmocka_unit_test(test_nifti_plain),     cmocka_unit_test(test_nifti_affine),
-        cmocka_unit_test(test_nifti_wide),      cmocka_unit_test(test_nifti_pair),
-        cmocka_unit_test(test_nifti_dims),      cmocka_unit_test(test_nifti_series),
-        cmocka_unit_test(test_nifti_time_step), cmocka_unit_test(test_nifti_lies),
-        cmocka_unit_test(test_nifti_gzip),      cmocka_unit_test(test_nifti_channels),
+        cmocka_unit_test(test_nifti_plain),    cmocka_unit_test(test_nifti_affine),
+        cmocka_unit_test(test_nifti_wide),     cmocka_unit_test(test_written_units),
+        cmocka_unit_test(test_nifti_pair),     cmocka_unit_test(test_nifti_dims),
+        cmocka_unit_test(test_nifti_series),   cmocka_unit_test(test_nifti_time_step),
+        cmocka_unit_test(test_nifti_lies),     cmocka_unit_test(test_nifti_gzip),
+        cmocka_unit_test(test_nifti_channels),
     };
     return cmocka_run_group_tests(reading, files_setup, files_teardown) != 0;
 }

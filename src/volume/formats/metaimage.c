@@ -330,7 +330,9 @@ static void put_numbers(cvol_bytes *bytes, enum key key, const double *values, s
  * leaves blanks for it, and the result is their offset. */
 static size_t put_header(cvol_bytes *bytes, const cvol_grid *grid, int packed)
 {
-    cvol_grid lps = cvol_geometry_in_space(grid, CVOL_SPACE_LPS);
+    static const char *const units[] = {"um", "mm", "cm"};
+    const cvol_grid known = cvol_geometry_in_unit(grid, units, CVOL_COUNT(units));
+    const cvol_grid lps = cvol_geometry_in_space(&known, CVOL_SPACE_LPS);
     char number[80];
     cvol_bytes_put_text(
         bytes,
@@ -345,8 +347,9 @@ static size_t put_header(cvol_bytes *bytes, const cvol_grid *grid, int packed)
     put_numbers(bytes, TRANSFORM_MATRIX, lps.direction[0], 9);
     put_numbers(bytes, OFFSET, lps.origin, 3);
     cvol_bytes_put_text(bytes, "CenterOfRotation = 0 0 0\n");
-    if (!strcmp(lps.unit, "mm") || !strcmp(lps.unit, "um") || !strcmp(lps.unit, "cm"))
-        put_line(bytes, DISTANCE_UNITS, lps.unit);
+    for (size_t i = 0; i < CVOL_COUNT(units); i++)
+        if (!strcmp(lps.unit, units[i]))
+            put_line(bytes, DISTANCE_UNITS, lps.unit);
     put_numbers(bytes, ELEMENT_SPACING, lps.spacing, 3);
     if (lps.value_scale != 1 || lps.value_offset != 0) {
         put_numbers(bytes, VALUE_SLOPE, &lps.value_scale, 1);

@@ -548,8 +548,12 @@ static int plan_nifti(cvol_context *context, cvol_write_plan *plan, const cvol_g
                       const char *path)
 {
     (void)context;
+    const char *kept[UNITS];
+    for (size_t i = 0; i < UNITS; i++)
+        kept[i] = units[i].name;
+    const cvol_grid known = cvol_geometry_in_unit(grid, kept, UNITS);
     uint8_t header[CVOL_NIFTI_LONGEST_HEADER + 4] = {0};
-    cvol_bytes_append(&plan->header, header, make_header(header, grid));
+    cvol_bytes_append(&plan->header, header, make_header(header, &known));
     plan->packs_header = cvol_text_ends(path, ".gz");
     plan->encoding = plan->packs_header ? CVOL_ENCODING_GZIP : CVOL_ENCODING_RAW;
     return CVOL_OK;

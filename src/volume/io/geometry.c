@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "volume/io/unit.h"
 
 /* |v| without overflow, and exact for vectors along one axis. */
 static double length_of(const double v[3])
@@ -98,4 +99,23 @@ cvol_grid cvol_geometry_in_space(const cvol_grid *grid, cvol_space space)
         cvol_geometry_mirror(&result, 1);
     }
     return result;
+}
+
+cvol_grid cvol_geometry_in_unit(const cvol_grid *grid, const char *const *kept, size_t count)
+{
+    const double metres = cvol_unit_metres(grid->unit);
+    const char *const to = metres < 1e-3 ? "um" : "mm";
+    const char *const units[3] = {to, grid->unit, grid->unit};
+    cvol_grid out = *grid;
+    double factor[3];
+    for (size_t i = 0; i < count; i++)
+        if (!strcmp(kept[i], grid->unit))
+            return out;
+    if (!(metres > 0) || !cvol_unit_factors(factor, out.unit, units))
+        return out;
+    for (int i = 0; i < 3; i++) {
+        out.spacing[i] *= factor[1];
+        out.origin[i] *= factor[1];
+    }
+    return out;
 }

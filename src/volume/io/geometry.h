@@ -17,6 +17,10 @@ int cvol_geometry_check(cvol_context *context, const cvol_grid *grid, const char
 /* Converts to another space: LPS and RAS differ in the signs of two world axes. From or to UNKNOWN
  * only the name changes. */
 cvol_grid cvol_geometry_in_space(const cvol_grid *grid, cvol_space space);
+/* Converts lengths to micrometres, or from 1 mm on to millimetres, for a format that has no field
+ * for the grid's unit. `kept`: the `count` units that it has. Other units than those of length
+ * stay. */
+cvol_grid cvol_geometry_in_unit(const cvol_grid *grid, const char *const *kept, size_t count);
 /* Changes the sign of one world axis. */
 void cvol_geometry_mirror(cvol_grid *grid, int world_axis);
 
