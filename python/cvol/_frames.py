@@ -28,7 +28,7 @@ def all_frames(at: At, count: int, dtype: Any = None) -> NDArray[Any]:
 def frames_at(index: Any, at: At, shape: tuple[int, ...]) -> Any:
     """The samples that an index of NumPy selects from (time, z, y, x). Integers, slices and an ellipsis decode only the
     selected times and samples; any other index decodes all of them."""
-    parts = index if isinstance(index, tuple) else (index,)
+    parts = (index or (Ellipsis,)) if isinstance(index, tuple) else (index,)
     simple = all(p is Ellipsis or isinstance(p, (int, np.integer, slice)) for p in parts)
     if not simple or any(isinstance(p, bool) for p in parts):
         return all_frames(at, shape[0])[index]

@@ -86,7 +86,7 @@ def test_arrays_of_four_axes(tmp_path):
     assert (series.ndim, series.size, series.nbytes, series.dtype) == (4, frames.size, frames.nbytes, np.uint8)
     assert np.array_equal(series, frames) and np.array_equal(series.to_numpy(), frames)
     for index in (2, -1, np.s_[1:3, 4], np.s_[::-2, ..., 3], np.s_[..., 0, 0, 0], np.s_[0, 1, 2, 3], np.s_[9:],
-                  [0, 5], frames > 40, None):  # fmt: skip
+                  [0, 5], frames > 40, None, ()):  # fmt: skip
         assert np.array_equal(series[index], frames[index]) and np.shape(series[index]) == frames[index].shape
     for wrong in (6, np.s_[0, 0, 0, 0, 0], np.s_[..., ...], np.s_[0, 99]):
         with pytest.raises(IndexError):
