@@ -24,6 +24,20 @@ expect_equal "$(value_of file_bytes)" "$(wc -c <run.cvol)"
 # The order of the arguments is kept.
 expect_done cvol compress run_2.nrrd run_0.nrrd -o two.cvol --psnr 40 --json
 expect_equal "$(value_of volumes.0.input)" run_2.nrrd
+# Names of channels follow the order of the files, which must be clear.
+for option in '--channel-names two,ten' '--channel-colors red,green'; do
+    expect_failure 2 "${option% *}: the order is not clear, as run_10.nrrd is given before run_2.nrrd" \
+        cvol compress run_10.nrrd run_2.nrrd -o x.cvol --psnr 40 --as channels $option
+done
+for inputs in 'run_2.nrrd run_10.nrrd' 'run_[12]*.nrrd'; do
+    names=two,ten
+    [ "$inputs" = 'run_2.nrrd run_10.nrrd' ] || names=one,two,ten,eleven
+    set -f
+    expect_done cvol compress $inputs -o named.cvol --psnr 40 --as channels --channel-names $names
+    set +f
+    expect_done cvol info named.cvol --json
+    expect_equal "$(value_of channel.0.name)" ${names%%,*}
+done
 
 expect_done cvol info run.cvol --json
 expect_equal "$(value_of kind)" series

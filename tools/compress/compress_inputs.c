@@ -96,6 +96,26 @@ static int choose_output(volume_list *out, const char *path, compress_arguments 
     return add_name(out, path);
 }
 
+/* Sorts by number what a shell sorted by letters. Names and colours of channels were perhaps given
+ * in the other order. */
+static int sort_volumes(volume_list *list, const compress_arguments *a)
+{
+    const int are_channels = a->as && !strcmp(a->as, "channels");
+    const char *option = !are_channels        ? NULL
+                         : a->channel_names   ? "--channel-names"
+                         : a->channel_colours ? "--channel-colors"
+                                              : NULL;
+    for (int i = 1; option && i < list->count; i++)
+        if (compare(&list->paths[i - 1], &list->paths[i]) > 0)
+            return report_error(
+                EXIT_MISUSED,
+                "%s: the order is not clear, as %s is given before %s: list the files by number, "
+                "or in quotes, as in 'run_*.nrrd'",
+                option, list->paths[i - 1], list->paths[i]);
+    qsort(list->paths, (size_t)list->count, sizeof *list->paths, compare);
+    return EXIT_DONE;
+}
+
 int find_volumes(volume_list *out, const command_line *line, compress_arguments *a)
 {
     int inputs = line->all_count, status = EXIT_DONE;
@@ -113,7 +133,5 @@ int find_volumes(volume_list *out, const command_line *line, compress_arguments 
         a->output = line->all[--inputs];
     for (int i = 0; i < inputs && !status; i++)
         status = add_name(out, line->all[i]);
-    if (!status && is_by_letters(out))
-        qsort(out->paths, (size_t)out->count, sizeof *out->paths, compare);
-    return status;
+    return !status && is_by_letters(out) ? sort_volumes(out, a) : status;
 }
