@@ -156,6 +156,34 @@ static void test_fit(void **state)
     free(volume.data);
 }
 
+/* Volumes of a few samples, which have one to six cells along an axis, fill the picture likewise.
+ */
+static void test_fit_small(void **state)
+{
+    (void)state;
+    static const cvol_transfer_point solid[] = {{.value = 0, .r = 1, .g = 1, .b = 1, .opacity = 1}};
+    cvol_transfer *transfer;
+    assert_int_equal(cvol_transfer_create(context, &transfer, solid, 1), CVOL_OK);
+    for (size_t n = 2; n < 13; n++) {
+        cvol_volume volume = support_volume(n, n, n, CVOL_UINT8);
+        memset(volume.data, 200, n * n * n);
+        cvol_render_options options = support_square(100, CVOL_MODE_COMPOSITE, 30, 20);
+        assert_int_equal(
+            cvol_camera_fit(context, &options, CVOL_SOURCE(.volume = &volume), transfer, 1),
+            CVOL_OK);
+        cvol_image *image = support_ray(context, &volume, solid, 1, &options);
+        double box[4];
+        find_rectangle(box, image);
+        const double most = fmax(box[2] - box[0], box[3] - box[1]);
+        if (test_verbose())
+            print_message("%zu: %.3f %.3f %.3f %.3f\n", n, box[0], box[1], box[2], box[3]);
+        assert_true(most > CVOL_FIT_SHARE - 0.07 && most < CVOL_FIT_SHARE + 0.04);
+        cvol_image_free(image);
+        free(volume.data);
+    }
+    cvol_transfer_free(transfer);
+}
+
 /* One frame for a whole turn: nothing is cut, and somewhere the ball comes near the edge. */
 static void test_turn(void **state)
 {
@@ -374,8 +402,8 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
-        TEST(test_plain_views),  TEST(test_patients), TEST(test_fit),
-        TEST(test_turn),         TEST(test_extent),   TEST(test_nothing),
-        TEST(test_look_at_once), TEST(test_kinds),    TEST(test_mask)};
+        TEST(test_plain_views), TEST(test_patients), TEST(test_fit),     TEST(test_fit_small),
+        TEST(test_turn),        TEST(test_extent),   TEST(test_nothing), TEST(test_look_at_once),
+        TEST(test_kinds),       TEST(test_mask)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -22,6 +22,9 @@
 /* In modes without opacity, everything that is not black is visible. */
 #define GREY_DEPTH_MIN 0.15
 #define LEAST_EXTENT 1e-3 /* of a frame, in diagonals of the volume */
+/* Cells of small volumes are this many points long, or longer: they are not projected as one point.
+ */
+#define LONG_CELL 8
 
 /* A projection along one view: optical depths, about the middle of the volume. */
 typedef struct shadow {
@@ -35,14 +38,24 @@ typedef struct extent {
     double from, to;
 } extent;
 
-/* The middle of a cell, from the middle of the volume. */
-static void find_place(double place[3], const cvol_coarse *coarse, const cvol_grid *grid, size_t i)
+/* Part `part` of cell `cell` of a volume. */
+typedef struct place_in_cell {
+    size_t cell, part;
+} place_in_cell;
+
+/* The middle of a part of a cell, from the middle of the volume. */
+static void find_place(double place[3], const cvol_coarse *coarse, const cvol_grid *grid,
+                       place_in_cell at, const size_t parts[3])
 {
-    const size_t *n = coarse->dims, cell[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
-    for (int a = 0; a < 3; a++)
-        place[a] = (coarse->first[a] + (double)cell[a] * coarse->pitch[a] -
+    for (int a = 0; a < 3; a++) {
+        const double cell = (double)(at.cell % coarse->dims[a]),
+                     part = ((double)(at.part % parts[a]) + 0.5) / (double)parts[a] - 0.5;
+        place[a] = (coarse->first[a] + (cell + part) * coarse->pitch[a] -
                     (double)(grid->dims[a] - 1) / 2) *
                    grid->spacing[a];
+        at.cell /= coarse->dims[a];
+        at.part /= parts[a];
+    }
 }
 
 static double dot(const double a[3], const double b[3])
@@ -50,20 +63,38 @@ static double dot(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
+/* The numbers of parts of a cell along the axes; their product. A part of a long cell is at most
+ * one point long. */
+static size_t count_parts(size_t parts[3], const cvol_coarse *coarse, const cvol_grid *grid,
+                          double point)
+{
+    double longest = 0, lengths[3];
+    for (int a = 0; a < 3; a++) {
+        lengths[a] = coarse->pitch[a] * grid->spacing[a] / point;
+        longest = fmax(longest, lengths[a]);
+    }
+    for (int a = 0; a < 3; a++)
+        parts[a] = longest < LONG_CELL ? 1 : (size_t)ceil(lengths[a]);
+    return parts[0] * parts[1] * parts[2];
+}
+
 static void project(shadow *out, const cvol_coarse *coarse, const cvol_grid *grid,
                     const float *extinction)
 {
-    const size_t count = cvol_coarse_count(coarse);
+    size_t parts[3];
+    const size_t count = cvol_coarse_count(coarse),
+                 all_parts = count_parts(parts, coarse, grid, out->point);
     const double mean = (grid->spacing[0] + grid->spacing[1] + grid->spacing[2]) / 3;
     double volume = mean * mean;
     for (int a = 0; a < 3; a++)
-        volume *= coarse->length[a];
+        volume *= coarse->length[a] / (double)parts[a];
     memset(out->depths, 0, (size_t)POINTS * POINTS * sizeof *out->depths);
-    for (size_t i = 0; i < count; i++) {
+    for (size_t k = 0; k < count * all_parts; k++) {
+        const size_t i = k / all_parts;
         double place[3];
         if (!(extinction[i] > 0))
             continue;
-        find_place(place, coarse, grid, i);
+        find_place(place, coarse, grid, (place_in_cell){i, k % all_parts}, parts);
         const int x = (int)(dot(place, out->right) / out->point + POINTS / 2.0),
                   y = (int)(dot(place, out->up) / out->point + POINTS / 2.0);
         if (x >= 0 && x < POINTS && y >= 0 && y < POINTS)
