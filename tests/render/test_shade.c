@@ -3,6 +3,7 @@
 #include "test.h"
 
 #include "cvol/codec.h"
+#include "cvol/look.h"
 #include "random.h"
 #include "support.h"
 #include "support_context.h"
@@ -326,6 +327,61 @@ static void test_flat_matter(void **state)
     free(volume.data);
 }
 
+/* Light does not depend on the unit of the values: pictures of densities of 1e-24 are those of the
+ * same numbers of 1 or of 1e20. */
+static void test_units(void **state)
+{
+    (void)state;
+    static const double units[] = {0x1p-80, 0x1p-52, 0x1p66, 0x1p90};
+    static const cvol_engine engines[] = {CVOL_ENGINE_SHEET, CVOL_ENGINE_RAY, CVOL_ENGINE_SPLAT};
+    cvol_volume volume = support_blobs(24, 26, 22);
+    cvol_image *first[6] = {NULL};
+    for (int u = -1; u < 4; u++) {
+        const double unit = u < 0 ? 1 : units[u];
+        cvol_volume scaled = support_volume(24, 26, 22, CVOL_FLOAT32);
+        cvol_transfer_point points[SUPPORT_BLOB_POINTS];
+        for (int i = 0; i < 24 * 26 * 22; i++)
+            ((float *)scaled.data)[i] = (float)(unit * (double)((float *)volume.data)[i]);
+        for (int i = 0; i < SUPPORT_BLOB_POINTS; i++) {
+            points[i] = support_blob_points[i];
+            points[i].value *= unit;
+        }
+        cvol_array *array = compress(&scaled, 16, 0, 0);
+        for (int k = 0; k < 6; k++) {
+            cvol_render_options options = request(40, 30, 20, 1);
+            cvol_renderer *renderer;
+            const cvol_engine engine = engines[k / 2];
+            if (k % 2 && engine == CVOL_ENGINE_SPLAT)
+                options.shading.gradient_opacity = 5 * unit;
+            else if (k % 2)
+                options.mode = CVOL_MODE_ISO;
+            else if (engine != CVOL_ENGINE_SPLAT)
+                cvol_render_options_set_studio(&options);
+            options.surface.value = 45 * unit;
+            const cvol_source source = {.size = sizeof source,
+                                        .array = engine == CVOL_ENGINE_RAY ? NULL : array,
+                                        .volume = engine == CVOL_ENGINE_RAY ? &scaled : NULL};
+            assert_int_equal(cvol_renderer_create(context, &renderer, engine, &source), CVOL_OK);
+            support_set_transfer(context, renderer, points, SUPPORT_BLOB_POINTS);
+            cvol_image *image = support_picture(context, renderer, &options);
+            cvol_renderer_free(renderer);
+            if (u < 0) {
+                first[k] = image;
+                continue;
+            }
+            if (support_difference(image, first[k]) > 1)
+                fail_msg("picture %d in units of %g: off by %d", k, unit,
+                         support_difference(image, first[k]));
+            cvol_image_free(image);
+        }
+        cvol_array_free(array);
+        free(scaled.data);
+    }
+    for (int k = 0; k < 6; k++)
+        cvol_image_free(first[k]);
+    free(volume.data);
+}
+
 /* ---- options without effect ------------------------------------------------------------------ */
 
 /* Ambient light alone shows no relief. */
@@ -417,6 +473,7 @@ int main(void)
         cmocka_unit_test(test_surface_beyond_range),
         cmocka_unit_test(test_faces),
         cmocka_unit_test(test_flat_matter),
+        cmocka_unit_test(test_units),
         cmocka_unit_test(test_minimum),
     };
     return cmocka_run_group_tests(tests, context_setup, context_teardown);

@@ -71,7 +71,8 @@ static double phong_of(const brightness_job *job, size_t i)
         seen += part * eye[a];
         facing += eye[a] * job->light[a];
     }
-    const double flat = job->flat * job->flat, flatness = flat / (length * length + flat + 1e-30);
+    const double flat = job->flat * job->flat,
+                 flatness = flat > 0 ? flat / (length * length + flat) : 0;
     lit = cvol_light_turn(lit, seen, facing) * (1 - flatness) + facing * flatness;
     seen = fabs(seen) * (1 - flatness) + flatness;
     return shading->ambient + shading->diffuse * fmax(lit, 0) +

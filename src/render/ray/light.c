@@ -91,9 +91,10 @@ cvol_ray_lit cvol_ray_light_at(const cvol_ray_light *light, const cvol_ray_reade
     cvol_ray_gradient(n, reach, light, reader, place, value);
     const double steepness = sqrt(dot(n, n));
     for (int a = 0; a < 3; a++)
-        n[a] = steepness > CVOL_RAY_FLAT ? n[a] / steepness : light->eye[a];
-    const double square = steepness * steepness + 1e-30, flat = light->flat * light->flat;
-    const double facing = dot(shading->light, light->eye), flatness = flat / (square + flat);
+        n[a] = steepness > 0 ? n[a] / steepness : light->eye[a];
+    const double square = steepness * steepness, flat = light->flat * light->flat;
+    const double facing = dot(shading->light, light->eye),
+                 flatness = flat > 0 ? flat / (square + flat) : 0;
     const double to_eye = dot(n, light->eye);
     const double lit = cvol_light_turn(dot(n, shading->light), to_eye, facing) * (1 - flatness) +
                        facing * flatness;

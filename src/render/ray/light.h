@@ -36,9 +36,6 @@ typedef struct cvol_ray_lit {
     double factor, gloss, density;
 } cvol_ray_lit;
 
-/* A gradient that is not longer than this has no direction, even in mode iso. */
-#define CVOL_RAY_FLAT 1e-15
-
 /* The gradient, in samples per mean spacing, times cvol_cut_fade. reach[a]: how much its component
  * a changes at most if every sample changes by at most 1. */
 void cvol_ray_gradient(double gradient[3], double reach[3], const cvol_ray_light *light,

@@ -109,13 +109,13 @@ cvol_ray_lit_range cvol_ray_light_bound(const cvol_ray_light *light, const cvol_
     const double least = fmax(steepness * (1 - 1e-9) - moved, 0),
                  most = steepness * (1 + 1e-9) + moved;
     span lit = {-1, 1}, seen = {0, 1};
-    if (least > 2 * CVOL_RAY_FLAT)
+    if (least > 0)
         find_cosines(&lit, &seen, light, g, steepness,
                      asin(fmin(moved / steepness, 1)) + ANGLE_ROUNDING);
     const double between = dot(shading->light, light->eye);
     const double flats[2] = {light->flats[0] * light->flats[0], light->flats[1] * light->flats[1]};
-    const span flatness = {flats[0] / (most * most + 1e-30 + flats[0]) - ROUNDING,
-                           flats[1] / (least * least + 1e-30 + flats[1]) + ROUNDING};
+    const span flatness = {(flats[0] > 0 ? flats[0] / (most * most + flats[0]) : 0) - ROUNDING,
+                           (flats[1] > 0 ? flats[1] / (least * least + flats[1]) : 0) + ROUNDING};
     lit = moved_to(lit, between, flatness);
     seen = moved_to(seen, 1, flatness);
     const double limit = shading->gradient_opacity;

@@ -441,12 +441,11 @@ static int draw_intermediate(cvol_context *context, const drawing *of, const cvo
     cvol_light light;
     state->table->light = NULL;
     if (plan->lit) {
-        const double flat = options->mode == CVOL_MODE_ISO
-                                ? 0
-                                : cvol_flat_gradient(cvol_transfer_width(state->transfer),
-                                                     array->error_bound.value_max -
-                                                         array->error_bound.value_min);
-        cvol_frame_light_set(&light, state->table, &array->grid, plan, of->view, options, flat,
+        cvol_light_values values = {.range = array->error_bound.value_max -
+                                             array->error_bound.value_min};
+        if (options->mode != CVOL_MODE_ISO)
+            values.flat = cvol_flat_gradient(cvol_transfer_width(state->transfer), values.range);
+        cvol_frame_light_set(&light, state->table, &array->grid, plan, of->view, options, values,
                              of->reach);
         state->table->light = &light;
     }

@@ -41,7 +41,8 @@ static void set_factors(cvol_light *out, const cvol_sheet_plan *plan, const cvol
 /* Along an axis of one sample nothing changes. */
 void cvol_frame_light_set(cvol_light *out, cvol_sheet_table *table, const cvol_grid *grid,
                           const cvol_sheet_plan *plan, const cvol_view *view,
-                          const cvol_render_options *options, double flat, const cvol_reach *reach)
+                          const cvol_render_options *options, cvol_light_values values,
+                          const cvol_reach *reach)
 {
     const int axes[3] = {plan->axis_lane, plan->axis_row, plan->axis_sheet};
     const int way = plan->ascending ? 1 : -1, ways[3] = {1, 1, way};
@@ -53,7 +54,8 @@ void cvol_frame_light_set(cvol_light *out, cvol_sheet_table *table, const cvol_g
     lit.ambient *= exposure;
     lit.diffuse *= exposure;
     lit.specular *= exposure;
-    cvol_light_set(out, view, grid, &lit, exposure * options->illumination.fill, flat, axes, ways);
+    cvol_light_set(out, view, grid, &lit, exposure * options->illumination.fill, values, axes,
+                   ways);
     for (int k = 0; k < 3; k++)
         out->rise[k] *= samples[k] > 1 ? (float)(1 / pitches[k]) / table->scale : 0;
     set_shear_correction(table, plan, out);

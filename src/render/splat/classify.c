@@ -42,10 +42,10 @@ void cvol_splat_table_fill(cvol_splat_table *table, const cvol_transfer *transfe
 }
 
 void cvol_splat_light_set(cvol_light *light, const cvol_splat_plan *plan, const cvol_grid *grid,
-                          const cvol_view *view, const cvol_shading *shading, double flat,
-                          int ascending)
+                          const cvol_view *view, const cvol_shading *shading,
+                          cvol_light_values values, int ascending)
 {
     const int axes[3] = {plan->axis_lane, plan->axis_row, plan->axis_slice};
     const int turns[3] = {1, 1, ascending ? 1 : -1};
-    cvol_light_set(light, view, grid, shading, 0, flat, axes, turns);
+    cvol_light_set(light, view, grid, shading, 0, values, axes, turns);
 }

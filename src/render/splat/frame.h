@@ -15,6 +15,7 @@
 #include "render/engine/engine.h"
 #include "render/splat/footprint.h"
 #include "render/view/light.h"
+#include "render/view/shading.h"
 
 /* A pixel of a sheet or of the picture is four floats: colour, premultiplied, and opacity (sheet)
  * or transmittance (picture). */
@@ -90,8 +91,8 @@ void cvol_splat_table_fill(cvol_splat_table *table, const cvol_transfer *transfe
                            double share);
 /* The light of a view, along lane, row and slice in the order of slices: rising, if `ascending`. */
 void cvol_splat_light_set(cvol_light *light, const cvol_splat_plan *plan, const cvol_grid *grid,
-                          const cvol_view *view, const cvol_shading *shading, double flat,
-                          int ascending);
+                          const cvol_view *view, const cvol_shading *shading,
+                          cvol_light_values values, int ascending);
 
 /* The source, and the classification of its samples: source.c. */
 typedef struct cvol_splat_input {

@@ -50,10 +50,10 @@ void cvol_splat_setup_make(cvol_splat_setup *out, const cvol_splat_input *input,
     cvol_splat_plan_make(&out->plan, &input->grid, view);
     out->front = front;
     out->ascending = out->plan.rising == front;
+    const double range = input->source.max - input->source.min,
+                 flat = cvol_flat_gradient(cvol_transfer_width(input->transfer), range);
     cvol_splat_light_set(&out->light, &out->plan, &input->grid, view, shading,
-                         cvol_flat_gradient(cvol_transfer_width(input->transfer),
-                                            input->source.max - input->source.min),
-                         out->ascending);
+                         (cvol_light_values){flat, range}, out->ascending);
 }
 
 int cvol_splat_setup_picture(cvol_context *context, cvol_splat_setup *out,

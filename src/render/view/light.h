@@ -14,12 +14,13 @@
 typedef struct cvol_light {
     int on;
     float eye[3], light[3];
-    float rise[3];      /* a difference of samples two apart times this is the gradient */
+    float rise[3];      /* a difference of samples two apart times this is the gradient; its unit is
+                           near the range of the samples, so that its square is a float */
     float facing_light; /* eye light */
     float ambient, diffuse, specular, fill;
     int shininess;
-    float flat;     /* the square of the gradient of cvol_flat_gradient */
-    float thinning; /* 1 / gradient_opacity; 0: none */
+    float flat;     /* the square of the gradient of cvol_flat_gradient, in this unit */
+    float thinning; /* 1 / gradient_opacity, likewise; 0: none */
     /* Factors of light in cells of the volume (cvol_illumination), along the same axes: cell i j k
      * is factors[i stride[0] + j stride[1] + k stride[2]], and its middle lies at the sample or
      * slice from which scale and offset lead to i, j or k. NULL: all factors are 1. */

@@ -50,7 +50,7 @@ CVOL_INLINE cvol_vf power(cvol_vf v, int n)
     return product;
 }
 
-/* `gradient` in the samples' units per mean spacing, along the light's axes. */
+/* `gradient` in units of the light (cvol_light.rise) per mean spacing, along the light's axes. */
 CVOL_INLINE lit_sample illuminate(const cvol_vf gradient[3], const cvol_light *light)
 {
     const cvol_vf square = gradient[0] * gradient[0] + gradient[1] * gradient[1] +

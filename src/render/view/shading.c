@@ -92,10 +92,17 @@ double cvol_flat_gradient(double width, double range)
     return fmax(width / FLAT_SAMPLES, range > 0 ? range / FLAT_STEPS : 0);
 }
 
-void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *grid,
-                    const cvol_shading *shading, double fill, double flat, const int axes[3],
-                    const int turns[3])
+/* The unit of gradients: the power of two below the range, so that it rounds nothing. */
+static double unit_of(double range)
 {
+    return range > 0 && isfinite(range) ? exp2(fmin(fmax(floor(log2(range)), -120), 120)) : 1;
+}
+
+void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *grid,
+                    const cvol_shading *shading, double fill, cvol_light_values values,
+                    const int axes[3], const int turns[3])
+{
+    const double unit = unit_of(values.range), flat = values.flat / unit;
     const double *given = shading->light;
     const double length = hypot(hypot(given[0], given[1]), given[2]);
     double facing = 0;
@@ -108,7 +115,7 @@ void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *g
         const double towards = length > 0 ? given[a] / length : view->eye[a];
         light->eye[k] = (float)(turns[k] * view->eye[a]);
         light->light[k] = (float)(turns[k] * towards);
-        light->rise[k] = (float)(0.5 * view->mean_spacing / grid->spacing[a]);
+        light->rise[k] = (float)(0.5 * view->mean_spacing / grid->spacing[a]) / (float)unit;
         facing += view->eye[a] * towards;
     }
     light->facing_light = (float)facing;
@@ -118,5 +125,5 @@ void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *g
     light->fill = (float)fill;
     light->shininess = shading->shininess;
     light->flat = (float)(flat * flat);
-    light->thinning = shading->gradient_opacity > 0 ? (float)(1 / shading->gradient_opacity) : 0;
+    light->thinning = shading->gradient_opacity > 0 ? (float)(unit / shading->gradient_opacity) : 0;
 }

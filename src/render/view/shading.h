@@ -28,10 +28,16 @@ void cvol_shading_place(cvol_render_options *options, const cvol_view *view);
  * So it is, whatever is visible, where the samples change by less than 1/2048 of their range. */
 double cvol_flat_gradient(double width, double range);
 
+/* Values of a volume, as the light needs them. */
+typedef struct cvol_light_values {
+    double flat;  /* cvol_flat_gradient */
+    double range; /* of the samples. Squares of gradients in units of about this range are floats */
+} cvol_light_values;
+
 /* Axis k of the light is axis axes[k] of the volume, reversed if turns[k] is -1. fill: see
- * cvol_illumination; flat: cvol_flat_gradient. */
+ * cvol_illumination. */
 void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *grid,
-                    const cvol_shading *shading, double fill, double flat, const int axes[3],
-                    const int turns[3]);
+                    const cvol_shading *shading, double fill, cvol_light_values values,
+                    const int axes[3], const int turns[3]);
 
 #endif
