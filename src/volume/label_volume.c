@@ -87,7 +87,7 @@ static int find_commonest_far(cvol_context *context, size_t *found, double *comm
     if (!c)
         return cvol_fail_memory(context, sizeof *c, "counts of values");
     for (size_t l = 0; l < of->count && few; l++) {
-        load_line(of->line, of->volume, l, of->width);
+        load_line(of, l);
         for (size_t i = 0; i < of->width && few; i++)
             few = count_value(c, of->line[i]);
     }
