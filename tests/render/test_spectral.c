@@ -234,7 +234,8 @@ static cvol_composed compose(const cvol_transform_options *own, int step, int fr
     const int ascending = plan.rising == front;
     assert_int_equal(cvol_splat_input_set_transfer(context, &input, transfer), CVOL_OK);
     cvol_splat_input_tabulate(&input, plan.distance, 1);
-    cvol_splat_light_set(&light, &plan, &blobs.grid, &view, &options.shading, 0, ascending);
+    cvol_splat_light_set(&light, &plan, &blobs.grid, &view, &options.shading,
+                         (cvol_light_values){.range = 1}, ascending);
     const cvol_footprint_shape shape = cvol_intermediate_grid_shape(&options.splat);
     const cvol_footprint_shape spread = cvol_intermediate_grid_stretch(&shape, step);
     const cvol_intermediate_grid lattice = cvol_intermediate_grid_make(&plan, &spread, step);
