@@ -329,6 +329,14 @@ class Commands(unittest.TestCase):
         with Viewer(folder.name, "both.cvol", "--channel", "1") as other:
             self.check({"volume": "0", **SMALL}, other)
 
+    def test_noise(self):
+        """A ratio of 30 would leave less than 25 dB."""
+        numbers = random.Random(2)
+        write_floats(os.path.join(folder.name, "noise.raw"), (numbers.gauss(0, 1) for _ in range(math.prod(DIMS))))
+        with Viewer(folder.name, "noise.raw", "--dims", "35x41x28", "--type", "float32") as other:
+            self.assertGreater(other.wait_for("0")["psnr_db"], 35)
+            self.check({"volume": "0", "transfer": "bone", **SMALL}, other)
+
     def test_copies(self):
         for parent, wanted in ("0", {"ratio": 90}), ("1", {"psnr": 45.5}):
             copy = viewer.post(f"volumes/{parent}/copy", wanted).json["id"]
