@@ -1,6 +1,6 @@
 /* Makes a .cvol file from a file of another format, or from the DICOM files of a folder: like cvol
- * compress --fast, with effort fast and ratio 30. JavaScript calls it in a worker of its own, whose
- * memory ends with it. */
+ * compress --fast, with effort fast and ratio 30, or 35 dB if that leaves less than 25. JavaScript
+ * calls it in a worker of its own, whose memory ends with it. */
 #define _POSIX_C_SOURCE 200809L
 #include <emscripten.h>
 #include <stdio.h>
@@ -66,19 +66,32 @@ static cvol_read_options read_options(void)
     return read;
 }
 
+/* As tools/base/cli.h has them. */
+#define LEAST_PSNR_DB 25
+#define PSNR_INSTEAD_DB 35
+
 /* Labels stay exact; samples of a value far from all others count as missing. */
 static int compress(cvol_context *context, cvol_array **out, cvol_volume *volume, const char *path)
 {
     cvol_compress_options options = cvol_compress_options_defaults();
     cvol_histogram histogram;
-    const int code = cvol_volume_compute_histogram(context, &histogram, volume);
+    int code = cvol_volume_compute_histogram(context, &histogram, volume);
     if (code)
         return code;
     options.background = CVOL_BACKGROUND_FIND;
     options.effort = CVOL_EFFORT_FAST;
     options.has_fill = histogram.mark_count > 0;
     options.fill = histogram.mark;
-    options.lossless = !options.has_fill && cvol_volume_is_labels(volume, path);
+    if (!options.has_fill)
+        code = cvol_volume_compute_is_labels(context, &options.lossless, volume, path);
+    if (code)
+        return code;
+    options.least_psnr = LEAST_PSNR_DB;
+    code = cvol_compress(context, out, NULL, volume->data, &volume->grid, &options);
+    if (code != CVOL_ERROR_TARGET)
+        return code;
+    options.target = CVOL_TARGET_PSNR;
+    options.target_value = PSNR_INSTEAD_DB;
     return cvol_compress(context, out, NULL, volume->data, &volume->grid, &options);
 }
 
