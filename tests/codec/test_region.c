@@ -320,6 +320,28 @@ static void test_large_offset(void **state)
     free(volume.data);
 }
 
+/* Decoded floats are clamped to the range of the original ones, and so are the extremes. */
+static void test_constant_floats(void **state)
+{
+    (void)state;
+    cvol_volume volume = support_volume(NX, NY, NZ, CVOL_FLOAT32);
+    const size_t begin[3] = {0, 0, 0};
+    const cvol_keep all = cvol_keep_all();
+    cvol_region_statistics got;
+    cvol_array *array;
+    for (size_t i = 0; i < COUNT; i++)
+        ((float *)volume.data)[i] = 1000000.3F;
+    check_ok(
+        cvol_array_compress(context, &array, volume.data, &volume.grid, 3, CVOL_DCT, 16, &all));
+    check_ok(cvol_array_measure(context, array, volume.data));
+    check_ok(cvol_array_compute_region_statistics(context, &got, array, begin, volume.grid.dims,
+                                                  CVOL_REGION_BOX));
+    assert_true(fabs(got.least - (double)1000000.3F) <= got.least_error);
+    assert_true(fabs(got.largest - (double)1000000.3F) <= got.largest_error);
+    cvol_array_free(array);
+    free(volume.data);
+}
+
 static void test_wrong_regions(void **state)
 {
     (void)state;
@@ -386,8 +408,11 @@ static void test_exact_statistics(void **state)
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_bounds_hold), TEST(test_large_offset),
+    const struct CMUnitTest tests[] = {TEST(test_bounds_hold),
+                                       TEST(test_large_offset),
                                        TEST(test_statistics_of_masked_volumes),
-                                       TEST(test_wrong_regions), TEST(test_exact_statistics)};
+                                       TEST(test_wrong_regions),
+                                       TEST(test_exact_statistics),
+                                       TEST(test_constant_floats)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -7,7 +7,7 @@
  *     extremes      |min a - min a~| <= max |d_i|, the same for the largest: with i where a~ is
  *                   least, min a <= a_i <= min a~ + |d_i|, and with i where a is least, min a~ <=
  *                   a~_i <= min a + |d_i|
- * Extremes are those of samples in the stored type: integers are rounded and clamped. */
+ * Extremes are those of samples in the stored type: clamped, and integers are rounded. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -45,9 +45,8 @@ static double square_along(const statistics *s, int axis, size_t at)
 static double stored_value(const cvol_array *array, double value)
 {
     const cvol_error_bound *bound = &array->error_bound;
-    if (!cvol_type_is_integer(array->grid.type))
-        return value;
-    return rint(fmin(fmax(value, bound->value_min), bound->value_max));
+    const double clamped = fmin(fmax(value, bound->value_min), bound->value_max);
+    return cvol_type_is_integer(array->grid.type) ? rint(clamped) : clamped;
 }
 
 /* Adds the samples of a row that begins at (x, y, z); rows are summed apart, so that sums of many
