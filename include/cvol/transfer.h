@@ -109,6 +109,12 @@ CVOL_API int cvol_transfer_create_adjusted(cvol_context *context, cvol_transfer 
                                            const cvol_transfer *from, const double *window,
                                            double opacity_scale);
 
+/* Makes a transfer function of samples from one of the values that they mean, such as one from a
+ * file: a sample s means rescale[0] s + rescale[1]. Errors: ARGUMENT (a rescale that is not finite,
+ * or with a factor of 0), MEMORY. */
+CVOL_API int cvol_transfer_create_rescaled(cvol_context *context, cvol_transfer **out,
+                                           const cvol_transfer *from, const double rescale[2]);
+
 /* Makes a transfer function in Hounsfield units, for computed tomography: "ct-bone", "ct-skin",
  * "ct-lung", "ct-vessels" (with contrast agent). A sample s means rescale[0] s + rescale[1] of
  * them. Errors: ARGUMENT (the message lists the names), MEMORY. */

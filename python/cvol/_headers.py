@@ -662,6 +662,7 @@ FUNCTIONS = {
     "component_get_range": "v * i",
     "transfer_create_component": "i * * * * *",
     "transfer_create_adjusted": "i * * * * d",
+    "transfer_create_rescaled": "i * * * *",
     "transfer_create_ct": "i * * s *",
     "transfer_is_ct": "i s",
     "transfer_ct_names": "s",

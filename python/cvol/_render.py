@@ -174,7 +174,8 @@ class Renderer:
         zoom: magnification. size: pixels, or (width, height).
         mode: "composite" (default), "xray", "mip", "min", or "iso" (default with iso=): the lit surface of value
             iso, in iso_colour.
-        transfer: a name (`transfer_names`), a JSON file, or points (n, 5): value, red, green, blue, opacity.
+        transfer: a name (`transfer_names`), a JSON file of the values that samples mean (`value_scale` and
+            `value_offset` of the geometry), or points of samples (n, 5): sample, red, green, blue, opacity.
         window: (lower, upper) values of the full range of colours, or greys. opacity_scale: factor of the
             density. rescale: a sample s means rescale[0] s + rescale[1] Hounsfield units (transfer "ct-...").
         background: "black", "white", "transparent" or (R, G, B) in 0 to 1.

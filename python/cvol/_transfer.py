@@ -49,13 +49,23 @@ def _hounsfield(array: int, histogram: Any) -> tuple[float, float]:
     return rescale[0], rescale[1]
 
 
+def _read(array: int, path: Any) -> Handle:
+    """The transfer function of a file, of the values that samples mean."""
+    out, values = out_pointer(), out_pointer()
+    grid = _abi.functions["array_grid"](array).contents
+    means = _abi.Double2(grid.value_scale, grid.value_offset)
+    with Call() as call:
+        call("transfer_read", c.byref(values), path_bytes(path), path=os.fspath(path))
+    with Handle(values.value or 0, "transfer_free", "the transfer function") as pointer, Call() as call:
+        call("transfer_create_rescaled", c.byref(out), pointer, means)
+        return Handle(out.value or 0, "transfer_free", "the transfer function")
+
+
 def _create(array: int, transfer: Any, rescale: Optional[tuple[float, float]]) -> Handle:
     out = out_pointer()
     if isinstance(transfer, (str, os.PathLike)):
         if is_file(transfer):
-            with Call() as call:
-                call("transfer_read", c.byref(out), path_bytes(transfer), path=os.fspath(transfer))
-                return Handle(out.value or 0, "transfer_free", "the transfer function")
+            return _read(array, transfer)
         assert isinstance(transfer, str)
         histogram = histogram_of(array)
         name = transfer.encode()

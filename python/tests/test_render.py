@@ -1,5 +1,6 @@
 """Pictures: shape, type and content; renderers keep their state."""
 
+import json
 import signal
 import struct
 import zlib
@@ -234,3 +235,15 @@ def test_notebooks_and_png(volume, tmp_path):
     assert np.array_equal(np.cumsum(rows, axis=0, dtype=np.uint8).reshape(7, 9, 3), picture)
     with pytest.raises(ValueError):
         cvol.save_png(tmp_path / "b.png", picture.astype(float))
+
+
+def test_files_of_transfer_functions_have_the_values_that_samples_mean(array, tmp_path):
+    samples = [[0, 1, 0, 0, 0], [300, 1, 1, 0, 0.1], [500, 0, 1, 1, 0.4]]
+    values = [[3 * sample - 50, *colour] for sample, *colour in samples]
+    (tmp_path / "own.json").write_text(json.dumps({"points": values}))
+    rescaled = cvol.compress(array, 20, effort="fast", geometry=cvol.Geometry(value_scale=3.0, value_offset=-50.0))
+    with cvol.Renderer(rescaled) as renderer:
+        from_file = renderer.transfer_points(tmp_path / "own.json")
+    assert np.allclose(from_file, samples)
+    look = dict(azimuth=30, elevation=20, size=32, light="flat")
+    assert np.array_equal(rescaled.render(transfer=tmp_path / "own.json", **look), rescaled.render(transfer=from_file, **look))

@@ -129,6 +129,15 @@ expect_failure 2 'works only with cvol render' cvol bench render a.cvol --backgr
 # A window in units of rescaled values.
 expect_done cvol render a.cvol -o meant.png $some --mode mip --rescale 2,-100 --window 140,120
 expect_same_file mip.png meant.png
+# A file of a transfer function has rescaled values too; a negative factor reverses their order.
+echo '{"points": [[90, 1, 0, 0, 0], [120, 1, 1, 0, 0.1], [150, 0, 1, 1, 0.3]]}' >own.json
+echo '{"points": [[80, 1, 0, 0, 0], [140, 1, 1, 0, 0.1], [200, 0, 1, 1, 0.3]]}' >twice.json
+echo '{"points": [[-150, 0, 1, 1, 0.3], [-120, 1, 1, 0, 0.1], [-90, 1, 0, 0, 0]]}' >less.json
+expect_done cvol render a.cvol -o own.png $some --transfer own.json
+expect_done cvol render a.cvol -o twice.png $some --transfer twice.json --rescale 2,-100
+expect_same_file own.png twice.png
+expect_done cvol render a.cvol -o less.png $some --transfer less.json --rescale -1,0
+expect_same_file own.png less.png
 # A window without samples gives a warning, not a failure.
 for mode in mip composite; do
     expect_status 0 cvol render a.cvol -o empty.png $some --mode $mode --window 1e6,10

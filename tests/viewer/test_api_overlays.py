@@ -278,6 +278,14 @@ class Overlays(unittest.TestCase):
             self.assertEqual(viewer.frame(**view), drawn)
             same = {**VIEW, "overlays": [{"window": [600, 3000]}]}
             self.assertEqual(scalar.frame(**same), drawn, "the same samples without a rescale")
+        # Files of transfer functions have these values too.
+        with open(os.path.join(folder.name, "meant.json"), "w") as file:
+            json.dump({"points": [[280, 0, 0, 0, 0], [880, 0, 1, 0, 0.1], [1480, 1, 0, 1, 0.2]]}, file)
+        with Viewer(folder.name, "head.cvol", "--overlay", "scaled.nii", "--overlay-transfer", "meant.json") as viewer:
+            drawn, command = self.as_command(viewer, VIEW)
+            self.assertEqual(viewer.frame(**VIEW), drawn, command)
+            points = viewer.get("volumes/0/transfer?overlay=0&name=meant.json").json["points"]
+            self.assertEqual([point[0] for point in points], [600, 1800, 3000])
 
     def test_times_have_the_overlays(self):
         run(folder.name, "cvol compress head.nrrd head.nrrd -o run.cvol --time-step 1 --fast")

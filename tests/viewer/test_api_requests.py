@@ -184,6 +184,26 @@ class Transfers(unittest.TestCase):
         points = viewer.post("volumes/0/transfer", paraview).json["points"]
         self.assertEqual((points[0], points[-1]), ([0, 1, 0, 0, 0], [9, 0, 0, 1, 1]))
 
+    def test_files_have_values_after_the_rescale(self):
+        """A volume whose samples mean 2 s - 100, and the command with points of samples."""
+        header = ("NDims = 3\nDimSize = 12 12 12\nElementType = MET_UCHAR\nElementToIntensityFunctionSlope = 2\n"
+                  "ElementToIntensityFunctionOffset = -100\nElementDataFile = LOCAL\n")
+        with open(os.path.join(folder.name, "meant.mha"), "wb") as file:
+            file.write(header.encode() + bytes(20 * (i % 12) for i in range(12**3)))
+        samples = [[100, 1, 0, 0, 0], [200, 0, 1, 0, 0.5]]
+        values = json.dumps({"points": [[100, 1, 0, 0, 0], [300, 0, 1, 0, 0.5]]}).encode()
+        run(folder.name, "cvol compress meant.mha meant.cvol --lossless")
+        with Viewer(folder.name, "meant.cvol") as other:
+            self.assertEqual(other.post("volumes/0/transfer", values).json["points"], samples)
+            view = {"volume": "0", "transfer": samples, "camera": {"azimuth": 30}, **SMALL}
+            reply = other.post("command", {"view": view}).json
+            for name, content in reply["files"].items():
+                with open(os.path.join(folder.name, name), "w") as file:
+                    json.dump(content, file)
+            run(folder.name, reply["command"])
+            with open(os.path.join(folder.name, re.search(r" -o (\S+)", reply["command"])[1]), "rb") as file:
+                self.assertEqual(read_png(file.read()), other.frame(**view), reply["command"])
+
 
 class BlockCache(unittest.TestCase):
     """The renderer keeps decoded blocks for the next pictures, which do not change."""

@@ -185,7 +185,13 @@ int choose_overlay_look(cvol_context *context, overlay_look *look, cvol_transfer
         look->transfer = name;
         return EXIT_DONE;
     }
-    const int code = cvol_transfer_read(context, file, name);
+    cvol_transfer *values = NULL;
+    double rescale[2];
+    overlay_get_rescale(rescale, source);
+    int code = cvol_transfer_read(context, &values, name);
+    if (!code)
+        code = cvol_transfer_create_rescaled(context, file, values, rescale);
+    cvol_transfer_free(values);
     look->given = *file;
     return code ? report_context_error(context, code, source->path) : EXIT_DONE;
 }

@@ -375,13 +375,14 @@ static int check_baked_transfer(cvol_context *context, scene *s, const render_ar
     if (!is_file_name(name) && strcmp(name, info->transfer_name))
         return report_error(EXIT_MISUSED, "%s: was baked with transfer function %s, not %s", path,
                             info->transfer_name[0] ? info->transfer_name : "of a file", name);
-    int code = CVOL_OK;
-    if (is_file_name(name)) {
-        code = cvol_transfer_read(context, &transfer, name);
-        if (!code)
-            code = cvol_renderer_set_transfer(context, s->renderer, transfer);
-        cvol_transfer_free(transfer);
-    }
+    if (!is_file_name(name))
+        return EXIT_DONE;
+    const double rescale[2] = {info->grid.value_scale, info->grid.value_offset};
+    const int status = read_transfer(context, &transfer, name, rescale);
+    if (status)
+        return status;
+    const int code = cvol_renderer_set_transfer(context, s->renderer, transfer);
+    cvol_transfer_free(transfer);
     return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 

@@ -399,6 +399,10 @@ int find_mask(scene *s);
 int check_values(render_arguments *a, cvol_mode mode);
 int choose_values(cvol_context *context, scene *s, const render_arguments *a, const char *path);
 int is_file_name(const char *name);
+/* Reads a transfer function of values, and makes that of samples: a sample s means rescale[0] s +
+ * rescale[1]. Exit status. */
+int read_transfer(cvol_context *context, cvol_transfer **out, const char *name,
+                  const double rescale[2]);
 
 /* The histogram of the open volume. Exit status. */
 int find_histogram(cvol_context *context, cvol_histogram *out, const scene *s);

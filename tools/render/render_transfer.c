@@ -90,6 +90,18 @@ static int has_original_samples(const scene *s)
     return isinf(info.psnr_db) && info.psnr_db > 0 && !s->in.level;
 }
 
+int read_transfer(cvol_context *context, cvol_transfer **out, const char *name,
+                  const double rescale[2])
+{
+    cvol_transfer *values = NULL;
+    *out = NULL;
+    int code = cvol_transfer_read(context, &values, name);
+    if (!code)
+        code = cvol_transfer_create_rescaled(context, out, values, rescale);
+    cvol_transfer_free(values);
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
+}
+
 /* Makes the transfer function, before window and opacity scale apply. Exit status. */
 static int make_transfer(cvol_context *context, cvol_transfer **out, scene *s,
                          const render_arguments *a, const char *path)
@@ -108,10 +120,8 @@ static int make_transfer(cvol_context *context, cvol_transfer **out, scene *s,
         code = make_colour_transfer(context, out, s);
         return code ? report_context_error(context, code, NULL) : EXIT_DONE;
     }
-    if (is_file_name(name)) {
-        code = cvol_transfer_read(context, out, name);
-        return code ? report_context_error(context, code, NULL) : EXIT_DONE;
-    }
+    if (is_file_name(name))
+        return read_transfer(context, out, name, s->rescale);
     if ((status = find_histogram(context, &histogram, s)))
         return status;
     if (!strcmp(name, "auto")) {

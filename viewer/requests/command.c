@@ -321,13 +321,23 @@ static void put_channels(FILE *out, const view *v)
     put_other(out, "--opacity-scale", &v->channels[0].opacity_scale, &one, 1);
 }
 
+/* 1 if samples mean other values. */
+static int is_rescaled(const cvol_grid *grid)
+{
+    const double scale = grid->value_scale, offset = grid->value_offset;
+    return fabs(scale) > 0 && (scale < 1 || scale > 1 || offset < 0 || offset > 0);
+}
+
 static void put_colours(FILE *out, const view *v)
 {
     static const double as_stored[2] = {1, 0};
     const double one = 1, *rescale = v->volume->rescale;
-    if (!v->transfer_name[0])
+    const cvol_grid *grid = &v->volume->grid;
+    if (!v->transfer_name[0]) {
         fputs(" --transfer transfer.json", out);
-    else if (strcmp(v->transfer_name, "auto")) {
+        if (is_rescaled(grid)) /* its points are of samples */
+            put_numbers(out, "--rescale", as_stored, 2);
+    } else if (strcmp(v->transfer_name, "auto")) {
         fputs(" --transfer ", out);
         put_word(out, v->transfer_name);
     }
@@ -341,7 +351,6 @@ static void put_values(FILE *out, const view *v)
 {
     static const double as_stored[2] = {1, 0};
     const cvol_render_options *o = &v->options, usual = cvol_render_options_defaults();
-    const double means[2] = {v->volume->grid.value_scale, v->volume->grid.value_offset};
     const double *w = o->window, window[2] = {w[0] + (w[1] - w[0]) / 2, w[1] - w[0]};
     fprintf(out, " --mode %s", word_of(&mode_words, (int)o->mode));
     double fitted[2];
@@ -355,11 +364,8 @@ static void put_values(FILE *out, const view *v)
         put_numbers(out, "--iso", &o->surface.value, 1);
         put_other(out, "--iso-colour", o->surface.colour, usual.surface.colour, 3);
     }
-    if (fabs(means[0]) > 0 && (windowed || o->mode == CVOL_MODE_ISO)) {
-        const int is_rescaled = means[0] < 1 || means[0] > 1 || means[1] < 0 || means[1] > 0;
-        if (is_rescaled)
-            put_numbers(out, "--rescale", as_stored, 2);
-    }
+    if ((windowed || o->mode == CVOL_MODE_ISO) && is_rescaled(&v->volume->grid))
+        put_numbers(out, "--rescale", as_stored, 2);
 }
 
 /* --clip 10:,:20, and planes */

@@ -107,12 +107,15 @@ answer transfer_post(request *r)
     shown_volume *v = request_ready_volume(r, &refusal);
     if (!v)
         return refusal;
-    volume_release(v); /* points are sample values already: the volume only has to exist */
+    const double rescale[2] = {v->grid.value_scale, v->grid.value_offset};
+    volume_release(v);
     cvol_context *context = cvol_context_create();
-    cvol_transfer *transfer = NULL;
-    const int code = context
-                         ? cvol_transfer_parse(context, &transfer, r->body ? r->body : "",
-                                               r->body ? r->body_bytes : 0, "the transfer function")
-                         : CVOL_ERROR_MEMORY;
+    cvol_transfer *values = NULL, *transfer = NULL;
+    int code = context ? cvol_transfer_parse(context, &values, r->body ? r->body : "",
+                                             r->body ? r->body_bytes : 0, "the transfer function")
+                       : CVOL_ERROR_MEMORY;
+    if (!code) /* points of the view are of samples */
+        code = cvol_transfer_create_rescaled(context, &transfer, values, rescale);
+    cvol_transfer_free(values);
     return answer_transfer(context, transfer, code);
 }

@@ -48,6 +48,27 @@ int cvol_transfer_create_adjusted(cvol_context *context, cvol_transfer **out,
     return code;
 }
 
+int cvol_transfer_create_rescaled(cvol_context *context, cvol_transfer **out,
+                                  const cvol_transfer *from, const double rescale[2])
+{
+    const size_t count = from->count;
+    *out = NULL;
+    if (!(fabs(rescale[0]) > 0) || !isfinite(rescale[0]) || !isfinite(rescale[1]))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "a rescale of %g, %g: must be finite, with a factor that is not 0",
+                         rescale[0], rescale[1]);
+    cvol_transfer_point *points = cvol_allocate(count, sizeof *points);
+    if (!points)
+        return cvol_fail_memory(context, count * sizeof *points, "a transfer function");
+    for (size_t i = 0; i < count; i++) { /* a negative factor reverses their order */
+        points[i] = from->points[rescale[0] < 0 ? count - 1 - i : i];
+        points[i].value = (points[i].value - rescale[1]) / rescale[0];
+    }
+    const int code = cvol_transfer_create(context, out, points, count);
+    free(points);
+    return code;
+}
+
 /* The points of both, in the order of values; at a jump of the opacities both sides. */
 int cvol_transfer_create_recoloured(cvol_context *context, cvol_transfer **out,
                                     const cvol_transfer *opacities, const cvol_transfer *colours)

@@ -1,4 +1,5 @@
-// Transfer functions as files: saves cvol's JSON; the server reads this and ParaView's JSON.
+// Transfer functions as files: saves cvol's JSON; the server reads this and ParaView's JSON. Files have the values that
+// samples mean.
 
 import { button, download, element, stem } from "../controls/panel_kit.js";
 
@@ -16,9 +17,12 @@ export function transferFiles({ api, volumes, status, points, loaded }) {
   });
 
   function save() {
-    const rounded = points().map((point) => point.map((x) => Number(x.toPrecision(8))));
+    const volume = volumes.current();
+    const value = (sample) => (volume?.value_scale || 1) * sample + (volume?.value_offset || 0);
+    const values = points().map(([sample, ...colour]) => [value(sample), ...colour]);
+    const rounded = values.map((point) => point.map((x) => Number(x.toPrecision(8))));
     const lines = rounded.map((point) => `    ${JSON.stringify(point)}`);
-    const name = `${stem(volumes.current())}-transfer.json`;
+    const name = `${stem(volume)}-transfer.json`;
     download(`{\n  "points": [\n${lines.join(",\n")}\n  ]\n}\n`, name);
     status.say(`Saved ${name}, for cvol render --transfer.`);
   }
