@@ -93,7 +93,8 @@ CVOL_API int cvol_labels_create_mask_transfer(cvol_context *context, cvol_transf
  *     sum_i w_i colour_i / sum_i w_i,   w_i = a_i prod_{j < i} (1 - a_j)
  *
  * of places every half mean spacing, where colour_i is that of the label with the largest part, and
- * a_i the opacity times the part of all labels. Cost: eight samples a pixel, more at edges;
+ * a_i the opacity times the part of all labels. A pixel whose ray meets no label becomes empty: the
+ * shape is blurred, most at coarse levels. Cost: eight samples a pixel, more at edges;
  * translucent: eight for each place until little is seen. Errors: ARGUMENT. */
 CVOL_API int cvol_image_colour_labels(cvol_context *context, cvol_image *image,
                                       const cvol_volume *labels, const double *colours,

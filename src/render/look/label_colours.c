@@ -5,7 +5,8 @@
  * around a place, each label has the sum of the weights of its samples. At the edge of the shape
  * and where it is thin, rays do not reach half: they get the colour of the place along the ray
  * where labels have the largest part. Pixels of a translucent shape get the mean colour along their
- * rays. */
+ * rays. A pixel whose ray meets no label shows the blur of the shape, most at coarse levels, and is
+ * cleared. */
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -227,15 +228,14 @@ static double colour_of(const picture *p, int label, int component)
     return label > 0 && (size_t)label <= p->count ? p->colours[3 * (label - 1) + component] : 1;
 }
 
-/* The mean colour of labels along the ray of a pixel. */
-static void find_mean(double rgb[3], const picture *p, int i, int j)
+/* The mean colour of labels along the ray of a pixel; 0: it meets none. */
+static int find_mean(double rgb[3], const picture *p, int i, int j)
 {
     const double step = MEAN_STEP * p->view.mean_spacing;
     double sum[3] = {0}, weights = 0, left = 1;
     cvol_view_ray ray;
-    rgb[0] = rgb[1] = rgb[2] = 1;
     if (!cvol_view_ray_make(&ray, &p->view, p->labels->grid.spacing, i, j))
-        return;
+        return 0;
     for (double along = ray.near; along <= ray.far && left > LEAST && along + step > along;
          along += step) {
         double part, place[3];
@@ -252,6 +252,7 @@ static void find_mean(double rgb[3], const picture *p, int i, int j)
     }
     for (int c = 0; c < 3 && weights > 0; c++)
         rgb[c] = sum[c] / weights;
+    return weights > 0;
 }
 
 static void colour_row(cvol_image *image, const picture *p, int j)
@@ -260,17 +261,24 @@ static void colour_row(cvol_image *image, const picture *p, int j)
     for (int i = 0; i < image->width; i++) {
         const size_t at = (size_t)j * (size_t)image->width + (size_t)i;
         float *pixel = image->values + 4 * at;
-        double rgb[3];
+        double rgb[3] = {0};
+        int met;
         if (!(pixel[3] > 0))
             continue;
         if (p->opacity > 0) {
-            find_mean(rgb, p, i, j);
+            met = find_mean(rgb, p, i, j);
         } else {
             const int label = label_of_pixel(p->labels, &p->blocks, &p->view,
                                              p->view.perspective ? NULL : &row, image->depth[at], i,
                                              j);
             for (int c = 0; c < 3; c++)
                 rgb[c] = colour_of(p, label, c);
+            met = label > 0;
+        }
+        if (!met) {
+            memset(pixel, 0, 4 * sizeof *pixel);
+            image->depth[at] = INFINITY;
+            continue;
         }
         for (int c = 0; c < 3; c++)
             pixel[c] *= (float)rgb[c];
