@@ -292,6 +292,26 @@ static void test_colours(void **state)
     cvol_transfer_free(transfer);
 }
 
+/* Ranges that begin at 1,000,000 and at 1,000,001 have other labels. */
+static void test_narrow_range(void **state)
+{
+    (void)state;
+    cvol_render_options options = cvol_render_options_defaults();
+    options.mode = CVOL_MODE_MIP;
+    options.width = options.height = 200;
+    cvol_grid grid = cvol_grid_make(20, 20, 20, CVOL_FLOAT64);
+    cvol_annotation of = make(&grid, &options, NULL);
+    of.range[0] = 1e6;
+    of.range[1] = 1e6 + 1;
+    cvol_image *one = annotated(&of, NULL);
+    of.range[0] = 1e6 + 1;
+    of.range[1] = 1e6 + 2;
+    cvol_image *other = annotated(&of, NULL);
+    assert_memory_not_equal(one->values, other->values, 4 * 200 * 200 * sizeof(float));
+    cvol_image_free(one);
+    cvol_image_free(other);
+}
+
 static void test_refusals(void **state)
 {
     (void)state;
@@ -321,6 +341,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_locale, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_any_picture, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_colours, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_narrow_range, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_refusals, context_setup, context_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -6,6 +6,8 @@
 #include "render/view/annotate.h"
 
 #define STEPS_MIN 4 /* intervals between ticks, at least, unless there is no room */
+#define DIGITS_MIN 5
+#define DIGITS_MAX 15 /* of a double */
 
 typedef struct bar {
     double lo, hi;                /* samples */
@@ -14,7 +16,7 @@ typedef struct bar {
     double most;                  /* opacity at the graph's far side */
     double tick, first;           /* of labelled values */
     double label;                 /* the widest one, in pixels */
-    int ticks;
+    int ticks, digits;            /* digits: so many that neighbouring labels differ */
 } bar;
 
 static double display_value(const cvol_sketch *s, double sample)
@@ -48,7 +50,7 @@ static int find_range(bar *b, const cvol_sketch *s)
 static void tick_text(char text[32], const bar *b, int k)
 {
     const double value = b->first + k * b->tick;
-    snprintf(text, 32, "%.5g", fabs(value) < 1e-9 * b->tick ? 0 : value);
+    snprintf(text, 32, "%.*g", b->digits, fabs(value) < 1e-9 * b->tick ? 0 : value);
 }
 
 static void choose_ticks(bar *b, const cvol_sketch *s)
@@ -59,6 +61,8 @@ static void choose_ticks(bar *b, const cvol_sketch *s)
     b->tick = cvol_length_round((most - least) / fmin(STEPS_MIN, room));
     b->first = ceil(least / b->tick - 1e-6) * b->tick;
     b->ticks = (int)floor((most - b->first) / b->tick + 1e-6) + 1;
+    const double digits = floor(log10(fmax(fabs(least), fabs(most)) / b->tick)) + 2;
+    b->digits = (int)fmin(fmax(digits, DIGITS_MIN), DIGITS_MAX);
     for (int k = 0; k < b->ticks; k++) {
         char text[32];
         tick_text(text, b, k);
