@@ -191,8 +191,8 @@ typedef struct cvol_source {
  * Sources by engine: sheet: array; ray: volume; splat and fourier: array or volume; transform:
  * array, volume or baked_path. Errors: ARGUMENT (an engine or a source that is none, a source that
  * the engine does not draw, a size that this library does not know), UNSUPPORTED (an array that is
- * no volume in DCT blocks), LIMIT, MEMORY, CANCELLED; of baked_path also IO, FORMAT, CORRUPT. Cost:
- * by engine (cvol/engines.h). */
+ * no volume in DCT blocks; engine sheet: samples with a range below 1e-30 or above 1e34), LIMIT,
+ * MEMORY, CANCELLED; of baked_path also IO, FORMAT, CORRUPT. Cost: by engine (cvol/engines.h). */
 CVOL_API int cvol_renderer_create(cvol_context *context, cvol_renderer **out, cvol_engine engine,
                                   const cvol_source *source);
 /* Frees a renderer, but not the array or volume that it draws; NULL is allowed. */

@@ -382,6 +382,36 @@ static void test_units(void **state)
     free(volume.data);
 }
 
+/* Engine sheet refuses ranges that single precision does not hold, rather than draw nothing. */
+static void test_units_beyond(void **state)
+{
+    (void)state;
+    static const struct {
+        double unit;
+        int code;
+    } cases[] = {{1e-34, CVOL_ERROR_UNSUPPORTED},
+                 {1e-28, CVOL_OK},
+                 {1e30, CVOL_OK},
+                 {1e35, CVOL_ERROR_UNSUPPORTED}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        cvol_volume volume = support_blobs(16, 16, 16);
+        for (int k = 0; k < 16 * 16 * 16; k++)
+            ((float *)volume.data)[k] *= (float)cases[i].unit;
+        cvol_compress_options options = cvol_compress_options_defaults();
+        cvol_array *array;
+        cvol_renderer *renderer;
+        options.lossless = 1;
+        assert_int_equal(cvol_compress(context, &array, NULL, volume.data, &volume.grid, &options),
+                         CVOL_OK);
+        assert_int_equal(cvol_renderer_create(context, &renderer, CVOL_ENGINE_SHEET,
+                                              CVOL_SOURCE(.array = array)),
+                         cases[i].code);
+        cvol_renderer_free(renderer);
+        cvol_array_free(array);
+        free(volume.data);
+    }
+}
+
 /* ---- options without effect ------------------------------------------------------------------ */
 
 /* Ambient light alone shows no relief. */
@@ -474,6 +504,7 @@ int main(void)
         cmocka_unit_test(test_faces),
         cmocka_unit_test(test_flat_matter),
         cmocka_unit_test(test_units),
+        cmocka_unit_test(test_units_beyond),
         cmocka_unit_test(test_minimum),
     };
     return cmocka_run_group_tests(tests, context_setup, context_teardown);

@@ -35,6 +35,10 @@
 #include "render/view/shading.h"
 #include "transform/cell_points.h"
 
+/* Of the samples. */
+#define RANGE_LEAST 1e-30
+#define RANGE_MOST 1e34
+
 typedef struct sheet_state {
     const cvol_array *array;
     const cvol_array *whole;                       /* for the light; see cvol_source */
@@ -89,11 +93,26 @@ static void sheet_free(void *opaque_state)
     free(state);
 }
 
+/* Refuses a range whose terms do not fit into single precision (decoded_terms.c): the picture would
+ * be empty. */
+static int check_range(cvol_context *context, const cvol_array *array)
+{
+    const double lo = array->error_bound.value_min, hi = array->error_bound.value_max;
+    if (!isfinite(hi - lo) || !(hi > lo) || (hi - lo >= RANGE_LEAST && hi - lo <= RANGE_MOST))
+        return CVOL_OK;
+    return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                     "samples from %g to %g: engine sheet draws ranges from %g to %g: use engine "
+                     "ray, or scale the samples",
+                     lo, hi, RANGE_LEAST, RANGE_MOST);
+}
+
 int cvol_sheet_create(cvol_context *context, void **out, const cvol_array *array,
                       const cvol_array *whole)
 {
     *out = NULL;
     int code = cvol_array_need_volume(context, array, "the sheet engine");
+    if (!code)
+        code = check_range(context, array);
     if (code)
         return code;
     sheet_state *state = cvol_allocate_zero(1, sizeof *state);
