@@ -10,7 +10,6 @@
 #include "base/context.h"
 #include "base/doubles.h"
 #include "cvol/codec.h"
-#include "volume/formats/analyze.h"
 #include "volume/formats/nifti_intent.h"
 #include "volume/formats/vdb/labels.h"
 #include "volume/formats/zarr/labels.h"
@@ -178,10 +177,8 @@ int cvol_volume_compute_is_labels(cvol_context *context, int *out, const cvol_vo
             *out = 1;
         else
             code = cvol_zarr_find_label_mark(context, out, path);
-        char *header = cvol_analyze_has_header(path) ? cvol_analyze_header_of(path) : NULL;
         if (!code && !*out)
-            code = cvol_nifti_find_label_intent(context, out, header ? header : path);
-        free(header);
+            code = cvol_nifti_find_label_intent(context, out, path);
         if (!code && !*out)
             code = cvol_vdb_find_label_mark(context, out, volume->grid.type, path);
     }

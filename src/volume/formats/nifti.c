@@ -14,6 +14,7 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "base/grid.h"
+#include "volume/formats/analyze.h"
 #include "volume/formats/nifti_affine.h"
 #include "volume/formats/nifti_codes.h"
 #include "volume/formats/nifti_fields.h"
@@ -153,7 +154,7 @@ static int read_header(nifti *n)
     return code ? code : check_header(n, (size_t)size);
 }
 
-int cvol_nifti_find_label_intent(cvol_context *context, int *out, const char *path)
+static int find_label_intent(cvol_context *context, int *out, const char *path)
 {
     nifti n = {.context = context, .path = path};
     const int code = read_header(&n);
@@ -166,6 +167,14 @@ int cvol_nifti_find_label_intent(cvol_context *context, int *out, const char *pa
     const int first = n.header.at->version == 1;
     *out = get_integer(&n, first ? 68 : 504, first ? 2 : 4) == CVOL_NIFTI_LABEL;
     return CVOL_OK;
+}
+
+int cvol_nifti_find_label_intent(cvol_context *context, int *out, const char *path)
+{
+    char *header = cvol_analyze_has_header(path) ? cvol_analyze_header_of(path) : NULL;
+    const int code = find_label_intent(context, out, header ? header : path);
+    free(header);
+    return code;
 }
 
 static int64_t get_dim(const nifti *n, size_t i)

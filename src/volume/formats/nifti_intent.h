@@ -4,7 +4,8 @@
 
 #include "cvol/base.h"
 
-/* *out: 1 for a NIfTI file with the intent code of labels, 1002. Errors: IO, MEMORY. */
+/* *out: 1 for a NIfTI file, or the image of a pair, with the intent code of labels, 1002. Errors:
+ * IO, MEMORY. */
 int cvol_nifti_find_label_intent(cvol_context *context, int *out, const char *path);
 
 #endif
