@@ -207,7 +207,9 @@ CVOL_API int cvol_array_evaluate_chirp(cvol_context *context, float *out, const 
 
 /* Evaluates at scattered points: points[rank i + a] is coordinate a of point i, in samples. Whole
  * arrays: anywhere; arrays in blocks: by the interpolant of the block with the nearest sample, or
- * the fill or background of that sample if it is masked.
+ * the fill or background of that sample if it is masked. The residual of lossless files, and of
+ * those with a largest error, is left out: the bound of every sample holds, the largest error does
+ * not.
  * Cost: O(terms) per point. Errors: ARGUMENT (a coordinate is NaN or infinite), MEMORY, CANCELLED.
  */
 CVOL_API int cvol_array_evaluate_points(cvol_context *context, float *out, const cvol_array *array,

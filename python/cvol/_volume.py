@@ -252,7 +252,8 @@ class Volume(NumpyArray, Algebra):
         `shape`.
 
         Volumes in blocks use the interpolant of the block with the nearest sample, or its background or fill; whole
-        arrays use that of the array.
+        arrays use that of the array. The corrections that make samples exact, or keep max_error, are left out:
+        `sample_error_bound` bounds the difference at samples.
         Cost: O(terms) per point.
         """
         points = np.asarray(points, float)
