@@ -184,6 +184,39 @@ static void test_fit_small(void **state)
     cvol_transfer_free(transfer);
 }
 
+/* A cube of a few samples in a larger volume: the frame does not cut it. */
+static void test_fit_small_object(void **state)
+{
+    (void)state;
+    static const cvol_transfer_point solid[] = {
+        {.value = 100, .opacity = 0}, {.value = 120, .r = 1, .g = 1, .b = 1, .opacity = 1}};
+    cvol_transfer *transfer;
+    assert_int_equal(cvol_transfer_create(context, &transfer, solid, 2), CVOL_OK);
+    for (size_t n = 4; n < 12; n++) {
+        cvol_volume volume = support_volume(44, 40, 42, CVOL_UINT8);
+        for (size_t i = 0; i < n * n * n; i++)
+            ((uint8_t *)volume
+                 .data)[support_index(&volume, 13 + i % n, 14 + i / n % n, 11 + i / n / n)] = 200;
+        for (int grey = 0; grey < 2; grey++) {
+            cvol_render_options options = support_square(
+                100, grey ? CVOL_MODE_MIP : CVOL_MODE_COMPOSITE, 30, 20);
+            assert_int_equal(
+                cvol_camera_fit(context, &options, CVOL_SOURCE(.volume = &volume), transfer, 1),
+                CVOL_OK);
+            cvol_image *image = support_ray(context, &volume, solid, 2, &options);
+            double box[4];
+            find_rectangle(box, image);
+            if (test_verbose())
+                print_message("%zu: %.3f %.3f %.3f %.3f\n", n, box[0], box[1], box[2], box[3]);
+            assert_true(box[0] > 0.02 && box[1] > 0.02 && box[2] < 0.98 && box[3] < 0.98);
+            assert_true(fmax(box[2] - box[0], box[3] - box[1]) > 0.45);
+            cvol_image_free(image);
+        }
+        free(volume.data);
+    }
+    cvol_transfer_free(transfer);
+}
+
 /* One frame for a whole turn: nothing is cut, and somewhere the ball comes near the edge. */
 static void test_turn(void **state)
 {
@@ -402,8 +435,8 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
-        TEST(test_plain_views), TEST(test_patients), TEST(test_fit),     TEST(test_fit_small),
-        TEST(test_turn),        TEST(test_extent),   TEST(test_nothing), TEST(test_look_at_once),
-        TEST(test_kinds),       TEST(test_mask)};
+        TEST(test_plain_views),      TEST(test_patients), TEST(test_fit),    TEST(test_fit_small),
+        TEST(test_fit_small_object), TEST(test_turn),     TEST(test_extent), TEST(test_nothing),
+        TEST(test_look_at_once),     TEST(test_kinds),    TEST(test_mask)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

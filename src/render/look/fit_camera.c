@@ -22,15 +22,18 @@
 /* In modes without opacity, everything that is not black is visible. */
 #define GREY_DEPTH_MIN 0.15
 #define LEAST_EXTENT 1e-3 /* of a frame, in diagonals of the volume */
-/* Cells of small volumes are this many points long, or longer: they are not projected as one point.
- */
+/* Cells are projected in parts, not as one point, if they are this many points long, as in small
+ * volumes, or if what is visible is less than so many cells wide. */
 #define LONG_CELL 8
+#define FEW_CELLS 12
 
 /* A projection along one view: optical depths, about the middle of the volume. */
 typedef struct shadow {
     double right[3], up[3], eye[3];
     double point; /* side of a point in the world */
     float *depths;
+    int is_grey;  /* a mode without opacity */
+    double share; /* of the least depth: see project */
 } shadow;
 
 /* The extent along an axis of the picture, from the middle of the volume. */
@@ -63,10 +66,10 @@ static double dot(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* The numbers of parts of a cell along the axes; their product. A part of a long cell is at most
- * one point long. */
+/* The numbers of parts of a cell along the axes; their product. A part is at most one point long,
+ * if cells are long or `fine` is set. */
 static size_t count_parts(size_t parts[3], const cvol_coarse *coarse, const cvol_grid *grid,
-                          double point)
+                          double point, int fine)
 {
     double longest = 0, lengths[3];
     for (int a = 0; a < 3; a++) {
@@ -74,33 +77,37 @@ static size_t count_parts(size_t parts[3], const cvol_coarse *coarse, const cvol
         longest = fmax(longest, lengths[a]);
     }
     for (int a = 0; a < 3; a++)
-        parts[a] = longest < LONG_CELL ? 1 : (size_t)ceil(lengths[a]);
+        parts[a] = longest < LONG_CELL && !fine ? 1 : (size_t)ceil(lengths[a]);
     return parts[0] * parts[1] * parts[2];
 }
 
+/* A cell that is projected as one point is as deep there as if it were that small. In grey modes,
+ * whose extinctions are low, a cell that is visible so is visible in parts, too. */
 static void project(shadow *out, const cvol_coarse *coarse, const cvol_grid *grid,
-                    const float *extinction)
+                    const float *extinction, int fine)
 {
     size_t parts[3];
     const size_t count = cvol_coarse_count(coarse),
-                 all_parts = count_parts(parts, coarse, grid, out->point);
+                 all_parts = count_parts(parts, coarse, grid, out->point, fine);
     const double mean = (grid->spacing[0] + grid->spacing[1] + grid->spacing[2]) / 3;
     double volume = mean * mean;
     for (int a = 0; a < 3; a++)
         volume *= coarse->length[a] / (double)parts[a];
+    double side = out->point;
+    for (int a = 0; a < 3; a++)
+        side = fmax(side, coarse->pitch[a] * grid->spacing[a]);
+    out->share = out->is_grey && all_parts > 1 ? out->point * out->point / (side * side) : 1;
     memset(out->depths, 0, (size_t)POINTS * POINTS * sizeof *out->depths);
-    for (size_t k = 0; k < count * all_parts; k++) {
-        const size_t i = k / all_parts;
-        double place[3];
-        if (!(extinction[i] > 0))
-            continue;
-        find_place(place, coarse, grid, (place_in_cell){i, k % all_parts}, parts);
-        const int x = (int)(dot(place, out->right) / out->point + POINTS / 2.0),
-                  y = (int)(dot(place, out->up) / out->point + POINTS / 2.0);
-        if (x >= 0 && x < POINTS && y >= 0 && y < POINTS)
-            out->depths[x + POINTS * y] += extinction[i] *
-                                           (float)(volume / (out->point * out->point));
-    }
+    for (size_t i = 0; i < count; i++)
+        for (size_t part = 0; part < all_parts && extinction[i] > 0; part++) {
+            double place[3];
+            find_place(place, coarse, grid, (place_in_cell){i, part}, parts);
+            const int x = (int)(dot(place, out->right) / out->point + POINTS / 2.0),
+                      y = (int)(dot(place, out->up) / out->point + POINTS / 2.0);
+            if (x >= 0 && x < POINTS && y >= 0 && y < POINTS)
+                out->depths[x + POINTS * y] += extinction[i] *
+                                               (float)(volume / (out->point * out->point));
+        }
 }
 
 /* The columns, or rows, of visible points, without specks; 0 if none is visible. */
@@ -109,7 +116,7 @@ static int find_extent(extent *out, const shadow *of, double least, int across)
     double counts[POINTS] = {0}, all = 0, sum = 0;
     int from = 0, to = POINTS - 1;
     for (int i = 0; i < POINTS * POINTS; i++)
-        if ((double)of->depths[i] > least) {
+        if ((double)of->depths[i] > least * of->share) {
             counts[across ? i % POINTS : i / POINTS] += 1;
             all += 1;
         }
@@ -147,21 +154,37 @@ typedef struct frame {
     double depth;
 } frame;
 
+static int are_few_cells(const extent found[2], const cvol_coarse *coarse, const cvol_grid *grid)
+{
+    const double width = fmax(found[0].to - found[0].from, found[1].to - found[1].from);
+    double cell = 0;
+    for (int a = 0; a < 3; a++)
+        cell = fmax(cell, coarse->pitch[a] * grid->spacing[a]);
+    return width < FEW_CELLS * cell;
+}
+
 static void find_frame(frame *out, shadow *of, const cvol_coarse *coarse, const cvol_grid *grid,
                        const float *extinction, double least)
 {
     const extent box[2] = {extent_of_box(grid, of->right), extent_of_box(grid, of->up)};
     extent found[2], along;
     shadow from_side = *of;
-    project(of, coarse, grid, extinction);
-    const int any = find_extent(&found[0], of, least, 1) && find_extent(&found[1], of, least, 0);
+    project(of, coarse, grid, extinction, 0);
+    const int any = find_extent(&found[0], of, least, 1) && find_extent(&found[1], of, least, 0),
+              fine = any && are_few_cells(found, coarse, grid);
+    if (fine) {
+        extent finer[2];
+        project(of, coarse, grid, extinction, 1);
+        if (find_extent(&finer[0], of, least, 1) && find_extent(&finer[1], of, least, 0))
+            memcpy(found, finer, sizeof found);
+    }
     out->x = any ? found[0] : box[0];
     out->y = any ? found[1] : box[1];
     /* Points are coarse; nothing lies beyond the volume. */
     out->x = (extent){fmax(out->x.from, box[0].from), fmin(out->x.to, box[0].to)};
     out->y = (extent){fmax(out->y.from, box[1].from), fmin(out->y.to, box[1].to)};
     memcpy(from_side.right, of->eye, sizeof from_side.right);
-    project(&from_side, coarse, grid, extinction);
+    project(&from_side, coarse, grid, extinction, fine);
     out->depth = any && find_extent(&along, &from_side, least, 1) ? (along.from + along.to) / 2 : 0;
 }
 
@@ -245,10 +268,10 @@ static int fit(cvol_context *context, cvol_render_options *options, double size[
         diagonal = hypot(diagonal, (double)(grid->dims[a] - 1) * grid->spacing[a]);
     if (!(diagonal > 0))
         diagonal = (grid->spacing[0] + grid->spacing[1] + grid->spacing[2]) / 3;
-    shadow of = {.point = diagonal / (POINTS - 2), .depths = memory + cells};
-    const double least = options->mode == CVOL_MODE_COMPOSITE || options->mode == CVOL_MODE_ISO
-                             ? DEPTH_MIN
-                             : GREY_DEPTH_MIN;
+    shadow of = {.point = diagonal / (POINTS - 2),
+                 .depths = memory + cells,
+                 .is_grey = cvol_mode_is_grey(options->mode)};
+    const double least = of.is_grey ? GREY_DEPTH_MIN : DEPTH_MIN;
     frame all;
     int code = cvol_extinction_find(context, memory, coarse, grid, transfer, options);
     if (!code && turns > 1)
