@@ -309,6 +309,55 @@ static void residuals_are_decoded(void **state)
     free(out);
 }
 
+/* The PSNR that the result states, and a target, hold against the original samples; a ratio holds
+ * for the file, with its attributes. */
+static void residuals_count(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(50, 40, 25, CVOL_INT16);
+    const size_t count = cvol_grid_samples(&grid), zero[3] = {0, 0, 0};
+    int16_t *samples = malloc(2 * count), *out = malloc(2 * count);
+    char attributes[402] = "\"";
+    random_state r = {5};
+    assert_true(samples && out);
+    double least = 0, most = 0;
+    for (size_t i = 0; i < count; i++) {
+        samples[i] = (int16_t)(300 * sin((double)i / 70) + 9 * random_signed(&r));
+        least = fmin(least, samples[i]);
+        most = fmax(most, samples[i]);
+    }
+    for (size_t i = 1; i < 400; i++)
+        attributes[i] = (char)('a' + (int)(13 * (random_signed(&r) + 1)) % 26);
+    attributes[400] = '"';
+    for (int error = 2; error <= 8; error += 2)
+        for (int k = 0; k < 2; k++) {
+            cvol_compress_options options = options_of(CVOL_TARGET_MAX_ERROR, error);
+            cvol_array *from, *array;
+            cvol_compress_report report;
+            uint64_t bytes;
+            check_ok(cvol_compress(context, &from, NULL, samples, &grid, &options));
+            check_ok(cvol_array_set_attributes(context, from, attributes));
+            options = k ? options_of(CVOL_TARGET_RATIO, 20)
+                        : options_of(CVOL_TARGET_PSNR, from->psnr_db - 4);
+            check_ok(cvol_array_transcode(context, &array, &report, from, &options));
+            check_ok(cvol_array_evaluate_box(context, out, array, zero, grid.dims));
+            check_ok(cvol_array_file_bytes(context, array, &bytes));
+            double squares = 0;
+            for (size_t i = 0; i < count; i++)
+                squares += (double)(samples[i] - out[i]) * (samples[i] - out[i]);
+            const double psnr = 20 * log10((most - least) / sqrt(squares / (double)count));
+            if (psnr < array->psnr_db || (!k && array->psnr_db < options.target_value))
+                fail_msg("PSNR %g, stated %g, target %g", psnr, array->psnr_db,
+                         options.target_value);
+            assert_true(report.psnr_db <= array->psnr_db && report.file_bytes == bytes);
+            assert_true(!k || (double)bytes * 20 <= 2 * (double)count);
+            cvol_array_free(from);
+            cvol_array_free(array);
+        }
+    free(samples);
+    free(out);
+}
+
 /* Without its histogram a file is smaller, and decodes to the same samples. */
 static void histograms_can_be_left_out(void **state)
 {
@@ -415,6 +464,7 @@ int main(void)
         cmocka_unit_test(masks_are_kept),
         cmocka_unit_test(all_fills_of_a_lossless_array_are_kept),
         cmocka_unit_test(residuals_are_decoded),
+        cmocka_unit_test(residuals_count),
         cmocka_unit_test(histograms_can_be_left_out),
         cmocka_unit_test(finer_is_refused),
         cmocka_unit_test(slightly_coarser_than_effort_fast),
