@@ -358,6 +358,43 @@ static void residuals_count(void **state)
     free(out);
 }
 
+/* Small files have the ratio, or the report says that they do not. */
+static void small_files_keep_ratio(void **state)
+{
+    (void)state;
+    random_state r = {11};
+    for (int i = 5; i < 7; i++) {
+        const cvol_grid grid = cvol_grid_make(10 + (size_t)i, 38, 46 - (size_t)i, CVOL_UINT16);
+        const size_t count = cvol_grid_samples(&grid);
+        uint16_t *samples = malloc(2 * count);
+        assert_non_null(samples);
+        for (size_t k = 0; k < count; k++) {
+            const double x = (double)(k % grid.dims[0]), y = (double)(k / grid.dims[0] % 38),
+                         z = (double)(k / grid.dims[0] / 38);
+            samples[k] = (uint16_t)(32000 + 12000 * sin(x / (3 + i) + y / 9) +
+                                    12000 * cos(z / 7 - y / (5 + i)) + 1500 * random_signed(&r));
+        }
+        cvol_compress_options options = options_of(CVOL_TARGET_PSNR, 50);
+        cvol_array *from;
+        options.lapped = 0;
+        check_ok(cvol_compress(context, &from, NULL, samples, &grid, &options));
+        for (int ratio = 40; ratio <= 60; ratio += 10) {
+            cvol_compress_report report;
+            cvol_array *array;
+            uint64_t bytes;
+            options = options_of(CVOL_TARGET_RATIO, ratio);
+            check_ok(cvol_array_transcode(context, &array, &report, from, &options));
+            check_ok(cvol_array_file_bytes(context, array, &bytes));
+            if (report.target_met && (double)bytes * ratio > 2 * (double)count)
+                fail_msg("%d: %llu bytes are more than 1/%d of %zu", i, (unsigned long long)bytes,
+                         ratio, 2 * count);
+            cvol_array_free(array);
+        }
+        cvol_array_free(from);
+        free(samples);
+    }
+}
+
 /* Without its histogram a file is smaller, and decodes to the same samples. */
 static void histograms_can_be_left_out(void **state)
 {
@@ -465,6 +502,7 @@ int main(void)
         cmocka_unit_test(all_fills_of_a_lossless_array_are_kept),
         cmocka_unit_test(residuals_are_decoded),
         cmocka_unit_test(residuals_count),
+        cmocka_unit_test(small_files_keep_ratio),
         cmocka_unit_test(histograms_can_be_left_out),
         cmocka_unit_test(finer_is_refused),
         cmocka_unit_test(slightly_coarser_than_effort_fast),

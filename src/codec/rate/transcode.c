@@ -423,10 +423,10 @@ static int commit_step(transcoding *t, cvol_array **out, cvol_coarseness coarsen
     return code;
 }
 
-/* The bytes of ranges and masks are known only at the end: a second search includes them. */
+/* The bytes of ranges and masks are known only at the end: further searches include them. */
 static int run_ratio(transcoding *t, cvol_array **out, int *reached)
 {
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < COMMITS_MAX; i++) {
         cvol_coarseness best;
         int code = search_step(t, &best, reached);
         if (code)
@@ -439,6 +439,7 @@ static int run_ratio(transcoding *t, cvol_array **out, int *reached)
             return code;
         t->other_bytes += t->file_bytes > counted ? t->file_bytes - counted : 0;
     }
+    *reached = 0;
     return CVOL_OK;
 }
 
