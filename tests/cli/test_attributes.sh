@@ -37,3 +37,10 @@ expect_failure 1 'bad.json: is not valid JSON: line 1, column ' \
 printf '{"a": 1}\0' >bad.json
 expect_failure 1 'bad.json: is not a text file' cvol compress in.raw bad.cvol $raw --attributes bad.json
 expect_failure 1 'none.json: No such file' cvol compress in.raw bad.cvol $raw --attributes none.json
+
+# The ratio is that of the file, with its attributes.
+i=0
+while [ $i -lt 99 ]; do printf "%s " $((i * i * i)); i=$((i + 1)); done | sed "s/ \(.\)/, \1/g; s/^/[/; s/$/]/" >long.json
+make_volume sized.raw uint8 40x36x30
+expect_done cvol compress sized.raw sized.cvol --dims 40x36x30 --type uint8 --psnr 30 --attributes long.json --json
+expect_near "$(value_of ratio)" "$(awk "BEGIN { printf \"%.9f\", 43200 / $(wc -c <sized.cvol) }")" 1e-6

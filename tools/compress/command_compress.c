@@ -397,6 +397,7 @@ static int compress_in_memory(cvol_context *context, compress_arguments *argumen
         const cvol_grid *grid = cvol_array_grid(array);
         cvol_array_info info;
         cvol_array_get_info(&info, array);
+        report.ratio = (double)cvol_grid_bytes(grid) / (double)report.file_bytes; /* attributes */
         if (arguments->common.json)
             status = report_one_json(grid, &info, &report, 0, arguments->has_yielded);
         else
