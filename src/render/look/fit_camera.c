@@ -25,7 +25,7 @@
 /* Cells are projected in parts, not as one point, if they are this many points long, as in small
  * volumes, or if what is visible is less than so many cells wide. */
 #define LONG_CELL 8
-#define FEW_CELLS 12
+#define FEW_CELLS 8
 
 /* A projection along one view: optical depths, about the middle of the volume. */
 typedef struct shadow {
