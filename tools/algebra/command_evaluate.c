@@ -10,9 +10,8 @@ static const char description[] =
     "Evaluates a volume between its samples: as the sum of its functions, without decompressing\n"
     "it. -o writes a new grid of samples; --points prints the values at single points. Places\n"
     "count in samples: sample i lies at i, and the volume reaches from -1/2 to N - 1/2. Whole\n"
-    "arrays under dft and dht repeat beyond that. The corrections that make samples exact, or "
-    "keep\n"
-    "--max-error, are left out.";
+    "arrays under dft and dht repeat beyond that. Of files made by --lossless or --max-error,\n"
+    "values at samples are not exact.";
 
 static const char examples[] = "  cvol evaluate ct.cvol -o fine.nii --count 512x512x400\n"
                                "  cvol evaluate ct.cvol -o part.nrrd --start 80,95.5,40 --step "

@@ -2,9 +2,8 @@
 #include "tools/algebra/algebra_options.h"
 
 static const char description[] =
-    "Computes X A + Y, sample by sample, without decompressing. The error of A is multiplied by "
-    "X;\n"
-    "rounding adds to it, and for lossless files a step of about a 1024th of their range.";
+    "Computes X A + Y, sample by sample, without decompressing. The error of A is multiplied\n"
+    "by X; rounding adds to it, and for lossless files a step of about a 1024th of their range.";
 
 static const char examples[] = "  cvol scale a.cvol -o half.cvol --factor 0.5\n"
                                "  cvol scale a.cvol -o negative.cvol --factor -1 --offset 255\n";
