@@ -88,8 +88,8 @@ def _mark(samples: NDArray[Any], grid: Any) -> Optional[float]:
 
 
 def missing_value(samples: NDArray[Any]) -> Optional[float]:
-    """The `fill` of `compress` that every volume can have: its mark; or NaN, if samples are NaN or infinite; or
-    None."""
+    """The value to give `compress` as `fill`: the mark of missing samples; else NaN, if samples are NaN or infinite;
+    else None."""
     if samples.ndim != 3 or not samples.size or samples.dtype.kind not in "iuf":
         return None
     stored = samples_of(samples)
