@@ -20,9 +20,6 @@
 #define STEP_OF_INTEGERS 0.5
 /* Integers of a small range, as a mask of 0 and 1, have at least this number of steps. */
 #define STEPS_OF_INTEGERS 512
-/* The range whose terms fit into single precision. */
-#define SPAN_MIN 1e-30
-#define SPAN_MAX 1e34
 /* Terms whose step is at most twice as wide stay. */
 #define FINE_ENOUGH 2
 
@@ -43,7 +40,7 @@ static double wanted_step(const cvol_array *array)
 static int is_fine_enough(const cvol_array *array)
 {
     const double span = array->error_bound.value_max - array->error_bound.value_min;
-    return !(span > SPAN_MIN && span < SPAN_MAX) ||
+    return !(span > CVOL_RANGE_LEAST && span < CVOL_RANGE_MOST) ||
            array->step <=
                FINE_ENOUGH * fmax(span / STEPS_OF_RANGE, cvol_type_is_integer(array->grid.type)
                                                              ? step_of_integers(span)

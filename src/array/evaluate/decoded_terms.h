@@ -9,6 +9,10 @@
 
 #include "array/core/array.h"
 
+/* Ranges of samples whose terms fit into single precision. */
+#define CVOL_RANGE_LEAST 1e-30
+#define CVOL_RANGE_MOST 1e34
+
 /* *out: the array itself if it has no residual, or if its terms are nearly as fine as the decoded
  * ones would be; else the decoded terms, in blocks of the same size, not lapped, with the array's
  * mask. The array owns them. Their bound includes the error of the array's samples. Several threads

@@ -16,6 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/evaluate/decoded_terms.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/thread.h"
@@ -34,10 +35,6 @@
 #include "render/view/options.h"
 #include "render/view/shading.h"
 #include "transform/cell_points.h"
-
-/* Of the samples. */
-#define RANGE_LEAST 1e-30
-#define RANGE_MOST 1e34
 
 typedef struct sheet_state {
     const cvol_array *array;
@@ -93,17 +90,17 @@ static void sheet_free(void *opaque_state)
     free(state);
 }
 
-/* Refuses a range whose terms do not fit into single precision (decoded_terms.c): the picture would
- * be empty. */
+/* Refuses a range whose terms do not fit into single precision: the picture would be empty. */
 static int check_range(cvol_context *context, const cvol_array *array)
 {
     const double lo = array->error_bound.value_min, hi = array->error_bound.value_max;
-    if (!isfinite(hi - lo) || !(hi > lo) || (hi - lo >= RANGE_LEAST && hi - lo <= RANGE_MOST))
+    if (!isfinite(hi - lo) || !(hi > lo) ||
+        (hi - lo >= CVOL_RANGE_LEAST && hi - lo <= CVOL_RANGE_MOST))
         return CVOL_OK;
     return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                      "samples from %g to %g: engine sheet draws ranges from %g to %g: use engine "
                      "ray, or scale the samples",
-                     lo, hi, RANGE_LEAST, RANGE_MOST);
+                     lo, hi, CVOL_RANGE_LEAST, CVOL_RANGE_MOST);
 }
 
 int cvol_sheet_create(cvol_context *context, void **out, const cvol_array *array,
