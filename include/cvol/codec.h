@@ -56,7 +56,7 @@ typedef struct cvol_compress_options {
     cvol_background background; /* for samples in memory. VALUE cannot be combined with a maximum
                                    error, lossless or a fill; FIND then finds none */
     double background_value;
-    const char *attributes; /* for cvol_compress_stream: a JSON text, or NULL */
+    const char *attributes; /* a JSON text, which the file keeps and a size counts; or NULL */
     int lapped; /* 1 (default): blocks of 16 overlap through filters across their faces, which
                    makes files smaller. 0: multiplying and convolving are faster */
     cvol_effort effort; /* CVOL_EFFORT_DEFAULT */

@@ -17,7 +17,7 @@ from ._call import Call, Progress, TargetError, options, out_pointer, path_bytes
 from ._frames import Series
 from ._geometry import Geometry, address, make_grid, samples_of
 from ._keep import Keep
-from ._volume import Volume
+from ._volume import Volume, attributes_text
 
 _RATIO, _PSNR, _MAX_ERROR, _BITS = 1, 2, 3, 4
 EFFORTS = {"default": 0, "fast": 1, "max": 2}
@@ -257,6 +257,7 @@ def compress(
                 raise ValueError(f"background is {background!r}, must be 'auto', a number or None")
             elif background is not None:
                 o.background, o.background_value = 2, float(background)
+            o.attributes = attributes_text(attributes)  # a size counts them
             if target in (_RATIO, _BITS) and not force:
                 o.least_psnr = _LEAST_PSNR
             try:
@@ -293,8 +294,8 @@ def compress(
             if says:
                 _yielding(value, says)
                 volume = _by_truncation(samples, grid, number, block, Keep.psnr(PSNR_INSTEAD)._value)
-    if attributes is not None:
-        volume.attributes = attributes
+            if attributes is not None:
+                volume.attributes = attributes
     return volume
 
 

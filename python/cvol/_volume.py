@@ -154,7 +154,7 @@ class Volume(NumpyArray, Algebra):
 
     @attributes.setter
     def attributes(self, value: Any) -> None:
-        text = None if value is None else json.dumps(value, ensure_ascii=False).encode()
+        text = attributes_text(value)
         with Call() as call, self._store.whole() as array:
             call("array_set_attributes", array, text)
             self._store.attributes = None if text is None else text.decode()
@@ -405,6 +405,11 @@ class Volume(NumpyArray, Algebra):
         low, high = float(values.min()), float(values.max())
         grey = (values - low) * (255 / (high - low) if high > low else 0)
         return encode_png(np.repeat(np.rint(grey)[..., None], 3, 2).astype(np.uint8))
+
+
+def attributes_text(value: Any) -> Optional[bytes]:
+    """Attributes as JSON text; None stays None."""
+    return None if value is None else json.dumps(value, ensure_ascii=False).encode()
 
 
 def _unpickle(make: Callable[..., Store], *arguments: Any) -> Volume:

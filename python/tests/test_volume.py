@@ -93,6 +93,14 @@ def test_a_size_out_of_reach_is_a_warning(array):
     assert not volume.info.exact
 
 
+def test_a_size_counts_attributes(tmp_path, array):
+    path, text = str(tmp_path / "a.cvol"), "".join(np.random.default_rng(3).choice(list("abcdefgh"), 2000))
+    volume = cvol.compress(array, bits=1.5, attributes={"text": text}, force=True)
+    volume.save(path)
+    assert volume.attributes == cvol.open(path).attributes == {"text": text}
+    assert os.path.getsize(path) <= 1.5 * array.size / 8
+
+
 def test_what_it_is(array, volume, path):
     for v in (volume, cvol.open(path)):
         assert v.shape == array.shape == (70, 24, 80) and len(v) == 70 and v.ndim == 3

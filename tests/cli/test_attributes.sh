@@ -44,3 +44,9 @@ while [ $i -lt 99 ]; do printf "%s " $((i * i * i)); i=$((i + 1)); done | sed "s
 make_volume sized.raw uint8 40x36x30
 expect_done cvol compress sized.raw sized.cvol --dims 40x36x30 --type uint8 --psnr 30 --attributes long.json --json
 expect_near "$(value_of ratio)" "$(awk "BEGIN { printf \"%.9f\", 43200 / $(wc -c <sized.cvol) }")" 1e-6
+
+# A size counts the attributes.
+expect_done cvol compress sized.raw sized.cvol --dims 40x36x30 --type uint8 --bpv 0.6 --attributes long.json --json --force
+expect_equal "$(value_of target_met)" true
+[ "$(wc -c <sized.cvol)" -le 3240 ] || fail "$(wc -c <sized.cvol) bytes, at most 3240 were asked for"
+[ "$(wc -c <sized.cvol)" -ge 3170 ] || fail "only $(wc -c <sized.cvol) bytes of 3240"

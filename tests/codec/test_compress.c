@@ -4,6 +4,7 @@
 #include "array/core/array.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "codec/container/array_file.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
@@ -155,6 +156,51 @@ static void bits_are_not_exceeded(void **state)
         }
         free(samples);
     }
+}
+
+/* A size counts attributes, in small files and in large ones. */
+static void a_size_counts_attributes(void **state)
+{
+    static const size_t lengths[] = {20, 900, 3000, 60000};
+    const cvol_grid grid = cvol_grid_make(40, 41, 42, CVOL_UINT8);
+    const double samples_count = (double)cvol_grid_samples(&grid);
+    void *samples = make_volume(&grid, 11);
+    random_state r = {12};
+    (void)state;
+    for (size_t l = 0; l < 4; l++)
+        for (int by_ratio = 0; by_ratio < 2; by_ratio++) {
+            cvol_compress_options options = cvol_compress_options_defaults();
+            cvol_compress_report report;
+            cvol_array *array;
+            uint64_t bytes;
+            char *text = malloc(lengths[l] + 1);
+            assert_non_null(text);
+            for (size_t i = 0; i < lengths[l]; i++)
+                text[i] = (char)('a' + random_below(&r, 26));
+            text[0] = text[lengths[l] - 1] = '"';
+            text[lengths[l]] = '\0';
+            options.attributes = text;
+            options.target = by_ratio ? CVOL_TARGET_RATIO : CVOL_TARGET_BITS;
+            options.target_value = by_ratio ? 16 : 0.5;
+            assert_int_equal(cvol_compress(context, &array, &report, samples, &grid, &options),
+                             CVOL_OK);
+            assert_int_equal(cvol_array_file_bytes(context, array, &bytes), CVOL_OK);
+            assert_string_equal(cvol_array_attributes(array), text);
+            assert_int_equal(bytes, report.file_bytes);
+            assert_true(fabs(report.ratio * (double)bytes / samples_count - 1) < 1e-12);
+            assert_int_equal(report.target_met, lengths[l] < 4000);
+            if (report.target_met)
+                assert_true(report.ratio >= 16 && report.ratio <= 1.02 * 16);
+            cvol_array_free(array);
+            free(text);
+        }
+    cvol_compress_options wrong = cvol_compress_options_defaults();
+    cvol_array *none;
+    wrong.attributes = "{";
+    assert_int_equal(cvol_compress(context, &none, NULL, samples, &grid, &wrong),
+                     CVOL_ERROR_ARGUMENT);
+    assert_null(none);
+    free(samples);
 }
 
 static void psnr_is_reached(void **state)
@@ -439,6 +485,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ratios_are_within_two_percent),
         cmocka_unit_test(bits_are_not_exceeded),
+        cmocka_unit_test(a_size_counts_attributes),
         cmocka_unit_test(psnr_is_reached),
         cmocka_unit_test(max_error_is_kept),
         cmocka_unit_test(integers_can_be_exact),

@@ -365,19 +365,19 @@ int compress_to_array(cvol_context *context, compress_arguments *arguments, cons
     if (arguments->was_compressed)
         status = need_volume(context, &in);
     method own = *m;
+    own.options.attributes = attributes;
     if (!status && !arguments->was_compressed) {
         status = keep_labels_lossless(context, arguments, &own, in.volume, in_path);
         if (!status)
             status = choose_marks(context, arguments, &own, in.volume, in_path);
-        m = &own;
     }
     int code;
     if (!status)
-        status = m->truncate
-                     ? truncate_samples(context, arguments, m, in_path, in.volume, array)
-                     : compress_samples(context, arguments, m, in_path, in.volume, array, report);
+        status = m->truncate ? truncate_samples(context, arguments, &own, in_path, in.volume, array)
+                             : compress_samples(context, arguments, &own, in_path, in.volume, array,
+                                                report);
     close_input(&in);
-    if (!status && (code = cvol_array_set_attributes(context, *array, attributes)))
+    if (!status && m->truncate && (code = cvol_array_set_attributes(context, *array, attributes)))
         status = report_context_error(context, code, arguments->attributes);
     free(attributes);
     return status;
@@ -397,7 +397,7 @@ static int compress_in_memory(cvol_context *context, compress_arguments *argumen
         const cvol_grid *grid = cvol_array_grid(array);
         cvol_array_info info;
         cvol_array_get_info(&info, array);
-        report.ratio = (double)cvol_grid_bytes(grid) / (double)report.file_bytes; /* attributes */
+        report.ratio = (double)cvol_grid_bytes(grid) / (double)report.file_bytes;
         if (arguments->common.json)
             status = report_one_json(grid, &info, &report, 0, arguments->has_yielded);
         else

@@ -17,6 +17,7 @@
 
 #include "base/context.h"
 #include "base/elementary.h"
+#include "codec/container/array_file.h"
 #include "codec/rate/compress_options.h"
 #include "codec/rate/compress_residual.h"
 #include "codec/rate/compress_terms.h"
@@ -26,6 +27,7 @@
 #include "codec/residual/make_labels.h"
 #include "codec/residual/residual_array.h"
 #include "codec/residual/residual_code.h"
+#include "codec/section/section.h"
 
 #define EXACT_ERROR 0.04
 #define EXACT_PSNR 40 /* nearly exact floats have more */
@@ -38,6 +40,8 @@
  * which took two thirds of the processors' time. */
 #define SAMPLES_PER_THREAD (1 << 17)
 #define REPEATED_MORE 4096 /* bytes: tables count in small files */
+
+enum { ATTRIBUTE_TRIES = 3 };
 
 /* ---- progress --------------------------------------------------------------------------- */
 
@@ -233,6 +237,65 @@ static int compress(cvol_context *context, cvol_array **out, cvol_compress_repor
     return CVOL_OK;
 }
 
+/* ---- with attributes -------------------------------------------------------------------- */
+
+/* Sets the array's attributes. *extra: the bytes that they add to the file. */
+static int add_attributes(cvol_context *context, cvol_array *array, cvol_compress_report *report,
+                          double *extra, const char *attributes)
+{
+    uint64_t bytes = 0;
+    int code = cvol_array_set_attributes(context, array, attributes);
+    if (!code)
+        code = cvol_array_file_bytes(context, array, &bytes);
+    *extra = (double)bytes - (double)report->file_bytes;
+    report->file_bytes = bytes;
+    report->ratio = (double)cvol_grid_bytes(&array->grid) / (double)bytes;
+    return code;
+}
+
+/* Leaves room for the attributes in the bytes that the target allows. Small files compress them, so
+ * if the first estimate of their size misses the target, it tries again with their real size. */
+static int compress_with_attributes(cvol_context *context, cvol_array **out,
+                                    cvol_compress_report *report, const void *samples,
+                                    const cvol_grid *grid, const cvol_compress_options *options)
+{
+    double extra = (double)(strlen(options->attributes) + CVOL_SECTION_HEADER_BYTES), ratio;
+    cvol_compress_options rest = *options;
+    cvol_compress_report of_it = {0};
+    int done = 0, code = cvol_compress_options_check(context, options);
+    if (!code)
+        code = cvol_grid_check(context, grid, "the volume");
+    if (!code && options->target == CVOL_TARGET_BITS && !options->lossless)
+        code = cvol_ratio_of_bits(context, &ratio, options->target_value, grid->type);
+    if (code)
+        return code;
+    const double allowed = options->lossless ? 0 : allowed_bytes(options, grid);
+    rest.least_psnr = 0;
+    for (int i = 0; i < ATTRIBUTE_TRIES && !done && !code; i++) {
+        if (allowed > 0) {
+            rest.target = CVOL_TARGET_RATIO;
+            rest.target_value = (double)cvol_grid_bytes(grid) / fmax(allowed - extra, 1);
+        }
+        cvol_array_free(*out);
+        code = compress(context, out, &of_it, samples, grid, &rest);
+        if (!code)
+            code = add_attributes(context, *out, &of_it, &extra, options->attributes);
+        const double bytes = (double)of_it.file_bytes;
+        done = allowed <= 0 || !of_it.target_met ||
+               (bytes <= allowed && (of_it.lossless || bytes * CVOL_RATIO_MAX >= allowed));
+        of_it.target_met = of_it.target_met && (allowed <= 0 || bytes <= allowed);
+    }
+    if (!code && report)
+        *report = of_it;
+    if (!code)
+        code = cvol_compress_check_least_psnr(context, options, of_it.psnr_db, 0);
+    if (code) {
+        cvol_array_free(*out);
+        *out = NULL;
+    }
+    return code;
+}
+
 int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report *report,
                   const void *samples, const cvol_grid *grid, const cvol_compress_options *options)
 {
@@ -244,7 +307,8 @@ int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report 
     const int asked = context->threads, threads = cvol_context_threads(context);
     const size_t useful = cvol_grid_samples(grid) / SAMPLES_PER_THREAD + 1;
     context->threads = useful < (size_t)threads ? (int)useful : threads;
-    code = compress(context, out, report, samples, grid, &full);
+    code = (full.attributes ? compress_with_attributes : compress)(context, out, report, samples,
+                                                                   grid, &full);
     context->threads = asked;
     return code;
 }
