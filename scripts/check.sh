@@ -6,13 +6,13 @@
 # (CVOL_FUZZ_SEED).
 #
 # Short tests run at each check. Tests of more than five seconds (tests/long.txt), sanitized tests and fuzzers run in
-# turns, to keep a check short: a quarter of the long tests, and one of PARTS parts of the others. The hash
+# turns, to keep a check short: an eighth of the long tests, and one of PARTS parts of the others. The hash
 # of the commit chooses them. PARTS=1 runs all.
 # usage: scripts/check.sh FOLDER JOBS [PARTS]
 set -eu
 folder=$1
 jobs=$2
-parts=${3:-6}
+parts=${3:-12}
 case $parts in
 '' | 0 | *[!0-9]*)
     echo "check: PARTS is '$parts': give a whole number from 1" >&2
@@ -43,12 +43,20 @@ configure() { # FOLDER CMAKE_OPTIONS...
     cmake -S . -B "$where" -DCVOL_WERROR=ON -DCVOL_TESTS=ON -DCMAKE_EXPORT_COMPILE_COMMANDS=ON "$@" >/dev/null
 }
 
+# The programs of the selected tests: test_sheet for test_sheet_avx2.
+list_programs() { # FOLDER CTEST_OPTIONS
+    # shellcheck disable=SC2086 # the options are several words
+    ctest --test-dir "$1" -N $2 | sed -n 's/^ *Test *#[0-9]*: \(test_[a-z0-9_]*\)$/\1/p' |
+        sed 's/_\(base\|avx2\|avx512\|neon\)$//' | sort -u
+}
+
 build_and_test() { # FOLDER CTEST_OPTIONS CMAKE_OPTIONS...
     where=$1
     selection=$2
     shift 2
     configure "$where" "$@"
-    cmake --build "$where" -j "$jobs"
+    # shellcheck disable=SC2046 # words
+    cmake --build "$where" -j "$jobs" --target all $(list_programs "$where" "$selection")
     print_duration "building $where"
     if [ "$(uname -m)" = x86_64 ] && ! "$where/tests/helpers/with_cpu" avx512 /bin/true; then
         echo "check: the tests *_avx512 are skipped, and other tests do not run the kernels of AVX-512"
@@ -70,11 +78,11 @@ tests/check_contraction.sh
 configure "$folder" -DCVOL_SANITIZE=OFF -DCVOL_SETS=tested
 scripts/lint.sh "$folder" "$jobs"
 print_duration 'clang-format and clang-tidy'
-turn=$((CVOL_TURN % 4 + 1))
+turn=$((CVOL_TURN % 8 + 1))
 others=
 if [ "$parts" -gt 1 ]; then
-    echo "check: part $turn of 4 of the long tests (PARTS=1: all)"
-    others="-LE ^turn_[$(echo 1234 | tr -d $turn)]\$"
+    echo "check: part $turn of 8 of the long tests (PARTS=1: all)"
+    others="-LE ^turn_[$(echo 12345678 | tr -d $turn)]\$"
 fi
 build_and_test "$folder" "$others" -DCVOL_SANITIZE=OFF -DCVOL_SETS=tested
 # Leaks are errors. The memory limit is above the needs of all tests.
@@ -85,7 +93,7 @@ if [ "$parts" -gt 1 ]; then
     echo "check: part $part of $parts of the sanitized tests and of the fuzzers (PARTS=1: all)"
 fi
 # With -O1 the checked kernels compile in a third of the time of -O2.
-build_and_test "$folder-sanitize" "-I $part,,$parts" -DCVOL_SANITIZE=ON -DCVOL_SETS=machine -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+build_and_test "$folder-sanitize" "-I $part,,$parts" -DCVOL_SANITIZE=ON -DCVOL_TESTS_IN_ALL=OFF -DCVOL_SETS=machine -DCMAKE_BUILD_TYPE=RelWithDebInfo \
     '-DCMAKE_C_FLAGS_RELWITHDEBINFO=-O1 -g1'
 # A third build, by clang, of the readers and their dependencies.
 if command -v clang >/dev/null 2>&1; then

@@ -19,7 +19,7 @@ cmake -S . -B "$folder" -DCVOL_TESTS=ON -DCVOL_TESTS_FEWER=ON -DCVOL_SETS=machin
     '-DCMAKE_C_FLAGS_DEBUG=-O1 -g1 --coverage -fprofile-update=atomic' >/dev/null
 cmake --build "$folder" -j "$jobs"
 [ -n "${CVOL_COVERAGE_KEEP:-}" ] || find "$folder" -name '*.gcda' -delete
-left_out='documents|web|web_site|viewer_browser|viewer_.*_modules|reference|paper_map|tables|pairwise|itk'
+left_out='documents|web|web_site|web_site_files|viewer_browser|viewer_.*_modules|reference|paper_map|tables|pairwise|itk'
 ctest --test-dir "$folder" -j "$jobs" -R "$tests" --output-on-failure \
     -E "^($left_out|wheel|cli_install|cli_kill)\$" || echo 'coverage: some tests failed' >&2
 scripts/coverage_table.py "$folder" "$folder/coverage.txt"

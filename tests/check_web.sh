@@ -1,9 +1,10 @@
 #!/bin/sh
 # Builds the page of cvol export in FOLDER/web, where the command finds it, and tests it: the WebAssembly in Node
-# against the command, the package of npm, and the page of one file in Chromium and in Firefox; or, with `site`, the page
-# for a web server in Chromium. Skipped (77) without emscripten or Node, and `site` without Chromium; without it, the
-# page of one file is only made. Two of them may run at the same time.
-# usage: tests/check_web.sh SOURCE_FOLDER CVOL BUILD_FOLDER [site]
+# against the command, the package of npm, and the page of one file in Chromium and in Firefox; or the page for a web
+# server in Chromium: with `site` the files it reads and what it shows, with `site_files` a file that it reads in parts,
+# and several files. Skipped (77) without emscripten or Node, and a site without Chromium; without it, the page of one
+# file is only made. Several of them may run at the same time.
+# usage: tests/check_web.sh SOURCE_FOLDER CVOL BUILD_FOLDER [site|site_files]
 set -eu
 source=$1 cvol=$2 build=$3 part=${4-}
 export OMP_WAIT_POLICY=passive
@@ -19,25 +20,29 @@ one_by_one "$build/web.lock" "$source/scripts/web.sh" "$build/web" 2 >"$build/we
     exit 1
 }
 export CVOL_SHOTS="$build/web/test/screenshots"
-if [ "$part" = site ]; then
+if [ -n "$part" ]; then
     command -v chromium >/dev/null || {
         echo 'skipped: there is no Chromium'
         exit 77
     }
-    folder=$build/web/site-test
+    folder=$build/web/$part-test
     mkdir -p "$folder"
-    "$cvol" compress "$source/samples/ch2better.nii.gz" "$folder/whole.cvol" --fast
     "$cvol" export --site "$folder/site"
+    install_browser_modules "$source/tests/viewer" "$build/tests/viewer"
+fi
+if [ "$part" = site_files ]; then
+    node "$source/tests/web/test_site_parts.mjs" "$folder/site" "$folder/parts" "$cvol"
+    exec node "$source/tests/web/test_site_several.mjs" "$folder/site" "$folder/several" "$cvol"
+fi
+if [ "$part" = site ]; then
+    "$cvol" compress "$source/samples/ch2better.nii.gz" "$folder/whole.cvol" --fast
     "$cvol" decompress "$folder/whole.cvol" "$folder/box.nrrd" --box 60:140,80:150,60:130
     for ending in nii.gz tif mha npy; do
         "$cvol" decompress "$folder/whole.cvol" "$folder/box.$ending" --box 60:140,80:150,60:130
     done
     gzip -dc "$source/tests/volume/vdb/zip.vdb.gz" >"$folder/nine.vdb"
     cp "$source/fuzz/corpus/volume/matlab_bytes.mat" "$folder"
-    install_browser_modules "$source/tests/viewer" "$build/tests/viewer"
-    node "$source/tests/web/test_site.mjs" "$folder/site" "$folder" "$cvol"
-    node "$source/tests/web/test_site_parts.mjs" "$folder/site" "$folder/parts" "$cvol"
-    exec node "$source/tests/web/test_site_several.mjs" "$folder/site" "$folder/several" "$cvol"
+    exec node "$source/tests/web/test_site.mjs" "$folder/site" "$folder" "$cvol"
 fi
 grep 'viewer.html' "$build/web$part.log" | tail -n 1
 folder=$build/web/test

@@ -137,7 +137,7 @@ endif()
 
 # The pages of cvol export, in Node and in browsers. Once, in the plain build.
 if(NOT CVOL_SANITIZE)
-  foreach(part IN ITEMS "" site)
+  foreach(part IN ITEMS "" site site_files)
     string(JOIN _ name web ${part})
     add_test(NAME ${name} COMMAND sh ${CMAKE_CURRENT_SOURCE_DIR}/check_web.sh ${PROJECT_SOURCE_DIR}
              $<TARGET_FILE:cvol_command> ${PROJECT_BINARY_DIR} ${part})
