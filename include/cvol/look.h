@@ -21,18 +21,19 @@ CVOL_API void cvol_camera_set_default(cvol_camera *camera, int *mirrored, const 
 /* The part of a picture that an object fills, along the axis that it fills most. */
 #define CVOL_FIT_SHARE 0.88
 /* Sets zoom and look_at of options->camera so that what is visible fills CVOL_FIT_SHARE of the
- * picture's height or width, in parallel projection from the camera's angles. Visible is what the
- * transfer function shows in mode composite, the surface in mode iso, what is not black in other
- * modes; inside the clip. If nothing is, the whole volume counts. The source is an array or a
+ * picture's height or width, from the camera's angles and with its field of view. Visible is what
+ * the transfer function shows in mode composite, the surface in mode iso, what is not black in
+ * other modes; inside the clip. If nothing is, the whole volume counts. The source is an array or a
  * volume, with its mask; `transfer` may be NULL in other modes than composite. turns: 1, or the
  * number of pictures of a turn around z, which all fit. Cost: evaluates the low frequencies of the
  * blocks, 1/8 to 1/512 of the samples. Errors: ARGUMENT, MEMORY, CANCELLED. */
 CVOL_API int cvol_camera_fit(cvol_context *context, cvol_render_options *options,
                              const cvol_source *source, const cvol_transfer *transfer, int turns);
-/* The same for one picture, and sets size to the width and the height of what is visible in it,
- * in units of the spacing, each at least 1/1000 of the volume's diagonal. A picture that is wider
- * than size[0] / size[1] is fitted to the height, others to the width; look_at is the same. So
- * pictures of all shapes need one call. Cost and errors: as cvol_camera_fit. */
+/* The same for one picture in parallel projection, and sets size to the width and the height of
+ * what is visible in it, in units of the spacing, each at least 1/1000 of the volume's diagonal. A
+ * picture that is wider than size[0] / size[1] is fitted to the height, others to the width;
+ * look_at is the same. So pictures of all shapes need one call. Cost and errors: as
+ * cvol_camera_fit. */
 CVOL_API int cvol_camera_fit_extent(cvol_context *context, cvol_render_options *options,
                                     double size[2], const cvol_source *source,
                                     const cvol_transfer *transfer);

@@ -246,6 +246,49 @@ static void test_turn(void **state)
     free(volume.data);
 }
 
+/* In perspective nothing is cut either, in one picture and in a turn: near parts look larger. */
+static void test_fit_in_perspective(void **state)
+{
+    (void)state;
+    static const int sizes[][2] = {{120, 120}, {200, 100}, {90, 160}};
+    cvol_volume volume = make_ball(45, 22, 50, 16);
+    for (size_t i = 0; i < 70; i++) /* and two bars */
+        for (size_t j = 0; j < 4; j++)
+            for (size_t k = 0; k < 4; k++) {
+                ((uint8_t *)volume.data)[support_index(&volume, i, 30 + j, 40 + k)] = 200;
+                ((uint8_t *)volume.data)[support_index(&volume, 50 + j, 20 + k, i)] = 200;
+            }
+    ((uint8_t *)volume.data)[support_index(&volume, 2, 2, 2)] = 0;
+    cvol_transfer *transfer;
+    assert_int_equal(cvol_transfer_create(context, &transfer, bright, 2), CVOL_OK);
+    for (int k = 0; k < 12; k++) {
+        const int turns = k % 4 == 3 ? 6 : 1;
+        double most = 0;
+        cvol_render_options options = support_square(100, CVOL_MODE_COMPOSITE, 37 * k, 15 * k - 80);
+        options.width = sizes[k % 3][0];
+        options.height = sizes[k % 3][1];
+        options.camera.fov_deg = 20 + 6 * k;
+        assert_int_equal(
+            cvol_camera_fit(context, &options, CVOL_SOURCE(.volume = &volume), transfer, turns),
+            CVOL_OK);
+        for (int t = 0; t < turns; t++) {
+            double box[4];
+            cvol_image *image = support_ray(context, &volume, bright, 2, &options);
+            find_rectangle(box, image);
+            if (test_verbose())
+                print_message("%d, %d: %.3f %.3f %.3f %.3f\n", k, t, box[0], box[1], box[2],
+                              box[3]);
+            assert_true(box[0] > 0.02 && box[1] > 0.02 && box[2] < 0.98 && box[3] < 0.98);
+            most = fmax(most, fmax(box[2] - box[0], box[3] - box[1]));
+            cvol_image_free(image);
+            options.camera.azimuth_deg += 60;
+        }
+        assert_true(turns > 1 || most > CVOL_FIT_SHARE - 0.14); /* half a cell near the eye */
+    }
+    cvol_transfer_free(transfer);
+    free(volume.data);
+}
+
 /* The extent gives the frames of pictures of all shapes. */
 static void test_extent(void **state)
 {
@@ -434,9 +477,17 @@ static void test_kinds(void **state)
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {
-        TEST(test_plain_views),      TEST(test_patients), TEST(test_fit),    TEST(test_fit_small),
-        TEST(test_fit_small_object), TEST(test_turn),     TEST(test_extent), TEST(test_nothing),
-        TEST(test_look_at_once),     TEST(test_kinds),    TEST(test_mask)};
+    const struct CMUnitTest tests[] = {TEST(test_plain_views),
+                                       TEST(test_patients),
+                                       TEST(test_fit),
+                                       TEST(test_fit_small),
+                                       TEST(test_fit_small_object),
+                                       TEST(test_turn),
+                                       TEST(test_fit_in_perspective),
+                                       TEST(test_extent),
+                                       TEST(test_nothing),
+                                       TEST(test_look_at_once),
+                                       TEST(test_kinds),
+                                       TEST(test_mask)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

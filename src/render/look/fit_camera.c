@@ -21,6 +21,7 @@
 #define POINTS 160 /* of the projection along each axis */
 /* In modes without opacity, everything that is not black is visible. */
 #define GREY_DEPTH_MIN 0.15
+#define RADIANS_PER_DEGREE 0.017453292519943295
 #define LEAST_EXTENT 1e-3 /* of a frame, in diagonals of the volume */
 /* Cells are projected in parts, not as one point, if they are this many points long, as in small
  * volumes, or if what is visible is less than so many cells wide. */
@@ -154,6 +155,13 @@ typedef struct frame {
     double depth;
 } frame;
 
+/* How the frame is seen. */
+typedef struct perspective {
+    double tangent; /* of half the vertical field of view; 0: parallel projection */
+    double shape;   /* height over width of the picture */
+    double least;   /* least optical depth of a visible point */
+} perspective;
+
 static int are_few_cells(const extent found[2], const cvol_coarse *coarse, const cvol_grid *grid)
 {
     const double width = fmax(found[0].to - found[0].from, found[1].to - found[1].from);
@@ -163,19 +171,56 @@ static int are_few_cells(const extent found[2], const cvol_coarse *coarse, const
     return width < FEW_CELLS * cell;
 }
 
+/* In perspective, the extents of a frame that holds everything. A point at (u, v) from the middle
+ * of the picture and w nearer to the eye than it, at the distance d, is seen at v d / (d - w). With
+ * t = tan(fov / 2) and the half height d t of the picture, it is within the share s of it if
+ * v / s + w t <= d t. So what matters are the extents along the directions +-up / s + t eye, and
+ * likewise to the sides. */
+static void widen(frame *out, const shadow *of, const cvol_coarse *coarse, const cvol_grid *grid,
+                  const float *extinction, const perspective *lens)
+{
+    shadow slanted = *of;
+    extent *const sides[2] = {&out->x, &out->y};
+    const double *const axes[2] = {of->right, of->up};
+    for (int k = 0; k < 2; k++) {
+        const double share = CVOL_FIT_SHARE / (k ? 1 : lens->shape);
+        double most[2];
+        memcpy(slanted.up, axes[!k], sizeof slanted.up);
+        for (int far = 0; far < 2; far++) {
+            const double side = far ? -1 / share : 1 / share, length = hypot(side, lens->tangent);
+            for (int a = 0; a < 3; a++)
+                slanted.right[a] = (side * axes[k][a] + lens->tangent * of->eye[a]) / length;
+            const extent box = extent_of_box(grid, slanted.right);
+            extent along = box, finer;
+            project(&slanted, coarse, grid, extinction, 0);
+            if (find_extent(&along, &slanted, lens->least, 1)) { /* near cells look large */
+                project(&slanted, coarse, grid, extinction, 1);
+                if (find_extent(&finer, &slanted, lens->least, 1))
+                    along.to = fmax(along.to, finer.to);
+            } else
+                along = box;
+            most[far] = length * fmin(along.to, box.to) - lens->tangent * out->depth;
+        }
+        *sides[k] = (extent){-most[1] * share, most[0] * share};
+    }
+}
+
+/* depth: of the middle of the picture; NULL: that of what is visible. */
 static void find_frame(frame *out, shadow *of, const cvol_coarse *coarse, const cvol_grid *grid,
-                       const float *extinction, double least)
+                       const float *extinction, const perspective *lens, const double *depth)
 {
     const extent box[2] = {extent_of_box(grid, of->right), extent_of_box(grid, of->up)};
     extent found[2], along;
     shadow from_side = *of;
     project(of, coarse, grid, extinction, 0);
-    const int any = find_extent(&found[0], of, least, 1) && find_extent(&found[1], of, least, 0),
+    const int any = find_extent(&found[0], of, lens->least, 1) &&
+                    find_extent(&found[1], of, lens->least, 0),
               fine = any && are_few_cells(found, coarse, grid);
     if (fine) {
         extent finer[2];
         project(of, coarse, grid, extinction, 1);
-        if (find_extent(&finer[0], of, least, 1) && find_extent(&finer[1], of, least, 0))
+        if (find_extent(&finer[0], of, lens->least, 1) &&
+            find_extent(&finer[1], of, lens->least, 0))
             memcpy(found, finer, sizeof found);
     }
     out->x = any ? found[0] : box[0];
@@ -185,7 +230,12 @@ static void find_frame(frame *out, shadow *of, const cvol_coarse *coarse, const 
     out->y = (extent){fmax(out->y.from, box[1].from), fmin(out->y.to, box[1].to)};
     memcpy(from_side.right, of->eye, sizeof from_side.right);
     project(&from_side, coarse, grid, extinction, fine);
-    out->depth = any && find_extent(&along, &from_side, least, 1) ? (along.from + along.to) / 2 : 0;
+    out->depth = depth ? *depth
+                 : any && find_extent(&along, &from_side, lens->least, 1)
+                     ? (along.from + along.to) / 2
+                     : 0;
+    if (lens->tangent > 0)
+        widen(out, of, coarse, grid, extinction, lens);
 }
 
 /* Sets zoom and look_at for pictures with these frames, which have a common middle if they are
@@ -226,15 +276,16 @@ static int look_from(cvol_context *context, shadow *out, const cvol_grid *grid,
  * about it. */
 static int fit_turn(cvol_context *context, cvol_render_options *options, shadow *of,
                     const cvol_coarse *coarse, const cvol_grid *grid, const float *extinction,
-                    double least, double diagonal, int turns)
+                    const perspective *lens, double diagonal, int turns)
 {
     static const double x[3] = {1, 0, 0}, y[3] = {0, 1, 0}, z[3] = {0, 0, 1};
+    const perspective parallel = {.shape = lens->shape, .least = lens->least};
     frame front;
     double half[2] = {0, 0};
     memcpy(of->right, x, sizeof x);
     memcpy(of->up, z, sizeof z);
     memcpy(of->eye, y, sizeof y);
-    find_frame(&front, of, coarse, grid, extinction, least);
+    find_frame(&front, of, coarse, grid, extinction, &parallel, NULL);
     const double middle[3] = {(front.x.from + front.x.to) / 2, front.depth,
                               (front.y.from + front.y.to) / 2};
     int code = CVOL_OK;
@@ -243,7 +294,8 @@ static int fit_turn(cvol_context *context, cvol_render_options *options, shadow 
         code = look_from(context, of, grid, options, 360.0 * k / turns);
         if (code)
             break;
-        find_frame(&one, of, coarse, grid, extinction, least);
+        const double depth = dot(middle, of->eye);
+        find_frame(&one, of, coarse, grid, extinction, lens, &depth);
         const double u = dot(middle, of->right), v = dot(middle, of->up);
         half[0] = fmax(half[0], fmax(one.x.to - u, u - one.x.from));
         half[1] = fmax(half[1], fmax(one.y.to - v, v - one.y.from));
@@ -271,13 +323,16 @@ static int fit(cvol_context *context, cvol_render_options *options, double size[
     shadow of = {.point = diagonal / (POINTS - 2),
                  .depths = memory + cells,
                  .is_grey = cvol_mode_is_grey(options->mode)};
-    const double least = of.is_grey ? GREY_DEPTH_MIN : DEPTH_MIN;
+    const perspective lens = {
+        .tangent = size ? 0 : tan(options->camera.fov_deg / 2 * RADIANS_PER_DEGREE),
+        .shape = (double)options->height / options->width,
+        .least = of.is_grey ? GREY_DEPTH_MIN : DEPTH_MIN};
     frame all;
     int code = cvol_extinction_find(context, memory, coarse, grid, transfer, options);
     if (!code && turns > 1)
-        code = fit_turn(context, options, &of, coarse, grid, memory, least, diagonal, turns);
+        code = fit_turn(context, options, &of, coarse, grid, memory, &lens, diagonal, turns);
     else if (!code && !(code = look_from(context, &of, grid, options, 0))) {
-        find_frame(&all, &of, coarse, grid, memory, least);
+        find_frame(&all, &of, coarse, grid, memory, &lens, NULL);
         set_camera(options, &of, &all, diagonal);
         if (size) {
             size[0] = fmax(all.x.to - all.x.from, LEAST_EXTENT * diagonal);
