@@ -138,6 +138,9 @@ expect_done cvol render a.cvol -o twice.png $some --transfer twice.json --rescal
 expect_same_file own.png twice.png
 expect_done cvol render a.cvol -o less.png $some --transfer less.json --rescale -1,0
 expect_same_file own.png less.png
+expect_status 0 cvol render a.cvol -o less.png $some --mode mip --rescale -1,0 --window -120,60
+expect_sentence 'mode mip follows the samples, so small values are bright'
+expect_same_file mip.png less.png
 # A window without samples gives a warning, not a failure.
 for mode in mip composite; do
     expect_status 0 cvol render a.cvol -o empty.png $some --mode $mode --window 1e6,10

@@ -184,6 +184,19 @@ static void print_no_surface_note(cvol_context *context, const scene *s, const c
             s->rescale[0] * h.max + s->rescale[1]);
 }
 
+/* Warns of grey levels that go against the values. */
+static void print_reversed_note(const scene *s, const render_arguments *a, const char *path)
+{
+    if (s->rescale[0] > 0)
+        return;
+    clear_progress();
+    fprintf(
+        stderr,
+        "cvol: %s: values fall as samples rise (slope %g): mode %s follows the samples, so small "
+        "values are bright\n",
+        path, s->rescale[0], a->mode_name);
+}
+
 /* Replaces the colours by those of --colormap. Exit status. */
 static int recolour(cvol_context *context, cvol_transfer **transfer, const scene *s,
                     const render_arguments *a)
@@ -255,7 +268,8 @@ int choose_values(cvol_context *context, scene *s, const render_arguments *a, co
     if (is_surface) {
         s->options.surface.value = (a->iso - s->rescale[1]) / s->rescale[0];
         print_no_surface_note(context, s, path);
-    }
+    } else
+        print_reversed_note(s, a, path);
     if (a->window_auto || (is_surface && !a->window_text && !s->shared))
         return fit_window(context, s);
     if (a->window_text)
