@@ -35,7 +35,7 @@ help:
 	@echo 'make tables    write the codec'"'"'s computed tables, and check the trained ones'
 	@echo 'make train     train the other tables, into $(BUILD)/tables; hours'
 	@echo 'make fuzz      fuzz every reader for a minute (needs clang; make check: a few of them, 8 s)'
-	@echo 'make failures  let every allocation and every call for a file fail once, for all commands; an hour'
+	@echo 'make failures  let every allocation and every call for a file fail once, for all commands; a night'
 	@echo 'make races     look for races of threads, by the sanitizer of clang; 40 minutes'
 	@echo 'make memory    run all commands under valgrind; half an hour'
 	@echo 'make uninitialised  look for uses of memory that was never written, by the sanitizer of clang'
