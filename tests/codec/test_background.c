@@ -425,6 +425,29 @@ static void test_flat_background(void **state)
     free(volume.data);
 }
 
+/* The array of a result has no ranges yet. The writer finds them: they and the bound of the largest
+ * sample, from which products take their bounds, include the background. */
+static void test_files_of_results(void **state)
+{
+    (void)state;
+    cvol_volume volume = make_body(CVOL_FLOAT32, 3000, 0, 11);
+    const cvol_compress_options options = finding(CVOL_TARGET_PSNR, 48);
+    cvol_array *array = compress(&volume, &options, NULL), *twice, *back;
+    void *bytes;
+    size_t size;
+    cvol_array_info info;
+    assert_int_equal(cvol_array_scale(context, &twice, 2, array, 0), CVOL_OK);
+    assert_int_equal(cvol_array_write_memory(context, twice, &bytes, &size), CVOL_OK);
+    assert_int_equal(cvol_array_read_memory(context, &back, bytes, size, "back"), CVOL_OK);
+    cvol_array_get_info(&info, back);
+    assert_true(info.background == 6000 && info.max_abs >= 6000);
+    free(bytes);
+    cvol_array_free(back);
+    cvol_array_free(twice);
+    cvol_array_free(array);
+    free(volume.data);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
@@ -439,6 +462,7 @@ int main(void)
         TEST(test_real_samples_and_ranges),
         TEST(test_pictures),
         TEST(test_flat_background),
+        TEST(test_files_of_results),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

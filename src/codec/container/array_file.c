@@ -41,8 +41,11 @@ static int put_ranges(cvol_context *context, cvol_bytes *out, const cvol_array *
     int code = CVOL_OK;
     if (!array->has_ranges) {
         code = cvol_array_share(context, &ranged, array);
-        if (!code)
+        if (!code) {
+            ranged->mask = array->mask; /* borrowed, for the bounds */
             code = cvol_ranges_find(context, ranged);
+            ranged->mask = NULL;
+        }
         if (!code)
             header->error_bound.max_abs = ranged->error_bound.max_abs;
         array = ranged;
