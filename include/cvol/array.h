@@ -129,10 +129,10 @@ typedef struct cvol_array_info {
 /* Copies the properties of an array to *out. Cost: O(1); it evaluates nothing. */
 CVOL_API void cvol_array_get_info(cvol_array_info *out, const cvol_array *array);
 
-/* Sets the sample type of an array, for example of the float32 result of an operation. Terms and
- * bound do not change; psnr_db and max_error, if not measured, include rounding to integers.
- * Errors: ARGUMENT (invalid type), DATA (value_min .. value_max do not fit; the message names a
- * type that fits). */
+/* Sets the sample type of an array, for example of the float32 result of an operation. Terms do not
+ * change. The bound grows if a separate background is rounded; psnr_db and max_error are no longer
+ * measured, and include rounding to integers. Errors: ARGUMENT (invalid type), DATA (value_min ..
+ * value_max do not fit; the message names a type that fits). */
 CVOL_API int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type);
 
 /* Sets the attributes: a JSON text (UTF-8, at most 16 MiB), which files store byte for byte.

@@ -295,7 +295,8 @@ class Volume(NumpyArray, Algebra):
         return self._masked
 
     def astype(self, dtype: DTypeLike) -> "Volume":
-        """The volume with another sample type; terms and bound stay the same. DataError: values do not fit."""
+        """The volume with another sample type and the same terms. The bound grows only if a separate background is
+        rounded. DataError: values do not fit."""
         result = self.scale(1, 0)
         with result._store.whole() as array, Call() as call:
             call("array_set_type", array, type_number(dtype))

@@ -425,10 +425,16 @@ static void test_types(void **state)
 {
     (void)state;
     cvol_array *a = make_body(&(body){BACKGROUND, 2.5, 0, 1}, 4), *half;
+    cvol_array_info before, after;
     assert_int_equal(cvol_array_scale(context, &half, 0.5, a, 0), CVOL_OK);
     assert_true(cvol_array_background(half) == 1.25);
+    cvol_array_get_info(&before, half);
     assert_int_equal(cvol_array_set_type(context, half, CVOL_UINT8), CVOL_OK);
     assert_true(cvol_array_background(half) == 1);
+    cvol_array_get_info(&after, half); /* all samples of the background moved by a quarter */
+    const double moved = 0.25 * sqrt((double)after.background_samples);
+    assert_true(after.l2_error - before.l2_error >= 0.999 * moved);
+    assert_true(after.point_error - before.point_error >= 0.249);
     assert_int_equal(background_in(half), background_in(a));
     uint8_t *bytes = malloc(COUNT);
     assert_non_null(bytes);

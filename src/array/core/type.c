@@ -18,6 +18,15 @@ static cvol_type type_for(double lo, double hi)
     return CVOL_FLOAT64;
 }
 
+/* Counts that the background, which was `before`, was rounded to the new type. */
+static void count_background(cvol_array *array, double before)
+{
+    const double off = fabs(cvol_array_background(array) - before);
+    cvol_error_bound_widen(&array->error_bound, off * sqrt((double)cvol_mask_samples(array->mask)),
+                           off);
+    array->error_bound.max_abs += off;
+}
+
 int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type)
 {
     if (!cvol_type_name(type))
@@ -36,6 +45,7 @@ int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type
                          cvol_type_name(type_for(lo, hi)));
     if (array->grid.type == type)
         return CVOL_OK;
+    const double background = cvol_array_background(array);
     if (array->mask) {
         cvol_fills fills = *cvol_mask_fills(array->mask);
         if (!cvol_fills_convert(&fills, array->grid.type, type))
@@ -52,6 +62,8 @@ int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type
     array->grid.type = type;
     array->error_bound.value_min = lo;
     array->error_bound.value_max = hi;
+    if (cvol_mask_is_background(mask))
+        count_background(array, background);
     cvol_array_derive_figures(array);
     return CVOL_OK;
 }
