@@ -40,8 +40,16 @@ typedef struct compress_arguments {
  * *array. Exit status. */
 int compress_to_array(cvol_context *context, compress_arguments *arguments, const method *m,
                       const char *in_path, cvol_array **array, cvol_compress_report *report);
+
+/* compress_method.c: sets *m, a->effort and a->labels by the options. EXIT_DONE, or EXIT_MISUSED
+ * after a message. */
+int choose_method(method *m, compress_arguments *a);
 /* The number of targets that were given; --psnr with --max-error counts as one. */
 int count_targets(const compress_arguments *a);
+/* The option that made the file lossless. */
+const char *lossless_option(const compress_arguments *a);
+/* The option that set the effort, as it was spelled; NULL: none. */
+const char *effort_option(const compress_arguments *a);
 
 /* compress_report.c: reports on one volume; has_yielded: see compress_arguments. */
 int report_one_json(const cvol_grid *grid, const cvol_array_info *info,
