@@ -451,11 +451,92 @@ static void test_types(void **state)
     cvol_array_free(a);
 }
 
+/* ---- fills ------------------------------------------------------------------------------------
+ */
+
+static void expect_voids(const cvol_array *array, const uint8_t *which, int fills, const char *what)
+{
+    void *bytes;
+    size_t size;
+    cvol_array *back;
+    uint8_t *is_void = malloc(COUNT);
+    assert_non_null(is_void);
+    assert_int_equal(cvol_mask_fills(array->mask)->count, fills);
+    assert_int_equal(cvol_array_write_memory(context, array, &bytes, &size), CVOL_OK);
+    if (cvol_array_read_memory(context, &back, bytes, size, what))
+        fail_msg("%s", cvol_context_message(context));
+    cvol_mask_get(is_void, back->mask, zero, dims);
+    for (size_t i = 0; i < COUNT; i++)
+        if (is_void[i] != which[i])
+            fail_msg("%s: sample %zu has fill %d, must have %d", what, i, is_void[i], which[i]);
+    cvol_array_free(back);
+    free(bytes);
+    free(is_void);
+}
+
+/* Equal fills of two operands are one fill of the result, and its file can be read. */
+static void test_equal_fills(void **state)
+{
+    (void)state;
+    static const double values[3] = {1e35, 1e35, -7};
+    for (int other = 1; other < 3; other++) {
+        cvol_array *a = make_body(&(body){VOID, values[0], 0, 1}, 6);
+        cvol_array *b = make_body(&(body){VOID, values[other], 0.1, 1}, 7), *sum;
+        uint8_t *which = malloc(COUNT);
+        assert_non_null(which);
+        for (size_t i = 0; i < COUNT; i++)
+            which[i] = !is_inside(i, 0) ? 1 : !is_inside(i, 0.1) ? (uint8_t)other : 0;
+        assert_int_equal(cvol_array_add(context, &sum, 1, a, 1, b, NULL), CVOL_OK);
+        expect_voids(sum, which, other, other == 1 ? "equal fills" : "two fills");
+        cvol_array_free(sum);
+        cvol_array_free(b);
+        cvol_array_free(a);
+        free(which);
+    }
+}
+
+/* Bit patterns of NaN that differ in float64 and not in float32. */
+static void test_equal_fills_of_a_type(void **state)
+{
+    (void)state;
+    cvol_volume volume = support_volume(NX, NY, NZ, CVOL_FLOAT64);
+    double *samples = volume.data;
+    uint8_t *which = calloc(COUNT, 1);
+    assert_non_null(which);
+    for (size_t i = 0; i < COUNT; i++)
+        samples[i] = sin((double)(i % NX) / 7);
+    for (size_t i = 0; i < COUNT; i += 1 + i % 7) {
+        const uint64_t bits = UINT64_C(0x7ff8) << 48 | i % 5 % 3;
+        memcpy(&samples[i], &bits, sizeof bits);
+        which[i] = 1;
+    }
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.lossless = 1;
+    options.has_fill = 1;
+    options.fill = (double)NAN;
+    cvol_array *array, *same;
+    assert_int_equal(cvol_compress(context, &array, NULL, samples, &volume.grid, &options),
+                     CVOL_OK);
+    assert_int_equal(cvol_mask_fills(array->mask)->count, 3);
+    assert_int_equal(cvol_array_scale(context, &same, 1, array, 0), CVOL_OK);
+    expect_voids(same, which, 1, "result");
+    assert_int_equal(cvol_array_set_type(context, array, CVOL_FLOAT32), CVOL_OK);
+    expect_voids(array, which, 1, "other type");
+    cvol_array_free(same);
+    cvol_array_free(array);
+    free(which);
+    free(volume.data);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_two_operands), TEST(test_one_operand),
+    const struct CMUnitTest tests[] = {TEST(test_two_operands),
+                                       TEST(test_one_operand),
                                        TEST(test_hidden_samples),
-                                       TEST(test_background_behind_filters), TEST(test_types)};
+                                       TEST(test_background_behind_filters),
+                                       TEST(test_types),
+                                       TEST(test_equal_fills),
+                                       TEST(test_equal_fills_of_a_type)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

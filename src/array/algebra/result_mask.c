@@ -90,7 +90,7 @@ static int copy_mask(cvol_context *context, cvol_array *out, const cvol_mask *ma
         if (state && !cvol_mask_cell_put(out->mask, cell.at, state, rows))
             code = fail_memory(context);
     }
-    return code;
+    return code ? code : cvol_mask_set_fills(context, &out->mask, fills);
 }
 
 /* The fills of samples without a value, in the type of results. */
@@ -239,8 +239,8 @@ int cvol_result_mask_filter(cvol_context *context, cvol_array *out, const cvol_a
 typedef struct combination {
     const cvol_array *operands[2];
     int is_void[2], is_background[2];
-    int absorbs[2]; /* a background of zero in a product */
-    int first[2];   /* the number of the first fill, less one, of samples without a value */
+    int absorbs[2];                        /* a background of zero in a product */
+    uint8_t number[2][CVOL_FILLS_MAX + 1]; /* of the fills of samples without a value, in `fills` */
     cvol_fills fills;
 } combination;
 
@@ -262,11 +262,7 @@ static combination combination_of(const cvol_array *a, const cvol_array *b, int 
         if (!c.is_void[i])
             continue;
         const cvol_fills own = void_fills(c.operands[i]);
-        if (c.fills.count + own.count > CVOL_FILLS_MAX)
-            continue; /* its samples take the first operand's first fill */
-        c.first[i] = c.fills.count;
-        memcpy(c.fills.bits + c.fills.count, own.bits, (size_t)own.count * sizeof *own.bits);
-        c.fills.count += own.count;
+        cvol_fills_unite(c.number[i], &c.fills, &own);
     }
     return c;
 }
@@ -278,10 +274,8 @@ static uint8_t combine(const combination *c, uint8_t a, uint8_t b)
     if (!c->is_void[0] && !c->is_void[1])
         return (a && b) || (a && c->absorbs[0]) || (b && c->absorbs[1]);
     for (int i = 0; i < 2; i++)
-        if (c->is_void[i] && of[i]) {
-            const int which = c->first[i] + of[i];
-            return (uint8_t)(which <= c->fills.count ? which : 1);
-        }
+        if (c->is_void[i] && of[i])
+            return c->number[i][of[i]];
     return 0;
 }
 

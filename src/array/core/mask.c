@@ -37,6 +37,19 @@ int cvol_fills_add(cvol_fills *fills, uint64_t bits)
     return 1;
 }
 
+void cvol_fills_unite(uint8_t number[CVOL_FILLS_MAX + 1], cvol_fills *fills,
+                      const cvol_fills *other)
+{
+    number[0] = 0;
+    for (int i = 0; i < other->count; i++) {
+        number[1 + i] = 1;
+        if (!cvol_fills_add(fills, other->bits[i]))
+            continue;
+        while (fills->bits[number[1 + i] - 1] != other->bits[i])
+            number[1 + i]++;
+    }
+}
+
 int cvol_fills_of_value(uint64_t *bits, cvol_type type, double value)
 {
     *bits = 0;
@@ -196,11 +209,6 @@ void cvol_mask_free(cvol_mask *mask)
 const cvol_fills *cvol_mask_fills(const cvol_mask *mask)
 {
     return &mask->fills;
-}
-
-void cvol_mask_set_fills(cvol_mask *mask, const cvol_fills *fills)
-{
-    mask->fills = *fills;
 }
 
 int cvol_mask_is_void(const cvol_mask *mask)
@@ -371,6 +379,37 @@ size_t cvol_mask_get(uint8_t *which, const cvol_mask *mask, const size_t begin[3
                 found += get_cell(which, mask, &p, begin, size);
             }
     return found;
+}
+
+int cvol_mask_set_fills(cvol_context *context, cvol_mask **mask, const cvol_fills *fills)
+{
+    const cvol_mask *from = *mask;
+    cvol_fills united = {.background = fills->background};
+    uint8_t number[CVOL_FILLS_MAX + 1], which[CELL * CELL * CELL];
+    cvol_fills_unite(number, &united, fills);
+    if (united.count == fills->count) {
+        (*mask)->fills = *fills;
+        return CVOL_OK;
+    }
+    cvol_mask *to;
+    int code = cvol_mask_create(context, &to, from->dims, &united);
+    for (size_t i = 0; i < cell_count(from) && !code; i++) {
+        size_t begin[3] = {i, i / from->cells[0], i / from->cells[0] / from->cells[1]}, end[3];
+        for (int a = 0; a < 3; a++) {
+            begin[a] = begin[a] % from->cells[a] * CELL;
+            end[a] = least(begin[a] + CELL, from->dims[a]);
+        }
+        if (!cvol_mask_get(which, from, begin, end))
+            continue;
+        const size_t count = (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]);
+        for (size_t s = 0; s < count; s++)
+            which[s] = number[which[s]];
+        if (!cvol_mask_set(to, which, begin, end))
+            code = cvol_fail_memory(context, sizeof which, "a mask's cells");
+    }
+    cvol_mask_free(code ? to : *mask);
+    *mask = code ? *mask : to;
+    return code;
 }
 
 uint8_t cvol_mask_cell_get(const cvol_mask *mask, const size_t cell[3], const cvol_mask_rows **rows)

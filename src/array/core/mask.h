@@ -27,8 +27,12 @@ typedef struct cvol_fills {
     uint64_t bits[CVOL_FILLS_MAX];
 } cvol_fills;
 
-/* Adds a new pattern; 0 if there are too many. */
+/* Adds a pattern, if it is new; 0 if there are too many. */
 int cvol_fills_add(cvol_fills *fills, uint64_t bits);
+/* Adds other patterns, and sets number[1 + i] to 1 + the place of other->bits[i]: 1 if there are
+ * too many. */
+void cvol_fills_unite(uint8_t number[CVOL_FILLS_MAX + 1], cvol_fills *fills,
+                      const cvol_fills *other);
 /* Converts the patterns from one type to another; integers are rounded. 0 if a value without a
  * meaning, such as NaN, has no pattern in that type. */
 int cvol_fills_convert(cvol_fills *fills, cvol_type from, cvol_type to);
@@ -58,8 +62,9 @@ const cvol_fills *cvol_mask_fills(const cvol_mask *mask);
 /* For a mask or NULL: returns 1 if samples have no value, 0 if they are background. */
 int cvol_mask_is_void(const cvol_mask *mask);
 int cvol_mask_is_background(const cvol_mask *mask);
-/* Replaces the fills by others, as many. */
-void cvol_mask_set_fills(cvol_mask *mask, const cvol_fills *fills);
+/* Replaces the fills by others, as many. Equal ones become one fill: *mask is another mask then.
+ * Errors: MEMORY. */
+int cvol_mask_set_fills(cvol_context *context, cvol_mask **mask, const cvol_fills *fills);
 /* Sets a box of whole blocks (or their part within the volume); which: as in cvol_fills_match.
  * Threads may set disjoint boxes. 0 if memory is short. */
 int cvol_mask_set(cvol_mask *mask, const uint8_t *which, const size_t begin[3],

@@ -53,7 +53,9 @@ int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type
                              "samples without a value have %g, which %s cannot hold; use --type %s",
                              cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type),
                              cvol_type_name(type), cvol_type_name(CVOL_FLOAT32));
-        cvol_mask_set_fills(array->mask, &fills);
+        const int code = cvol_mask_set_fills(context, &array->mask, &fills);
+        if (code)
+            return code;
     }
     cvol_mask *mask = array->mask;
     array->mask = NULL;
