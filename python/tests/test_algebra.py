@@ -168,3 +168,15 @@ def test_refusals(pair, volume):
         va + volume
     with pytest.raises(TypeError, match="Keep"):
         va.truncate(3)
+
+
+def test_regions_of_clamped_samples():
+    a = np.zeros((17, 7, 2))
+    a[[0, 2, 3, 4, 7, 11, 12, 12, 16], [1, 3, 0, 6, 2, 5, 4, 1, 3], [0, 1, 1, 0, 0, 1, 0, 0, 1]] = 4.7
+    v = cvol.compress(a, psnr=31, background=0.0, effort="fast", labels=False)
+    assert v.info.max_error < 1e-6 < np.abs(v.evaluate() - a).max()  # clamped, but not before
+    r = v.region()
+    assert abs(r.mean - a.mean()) <= r.mean_error
+    r = v.region_statistics()
+    assert abs(r.mean - a.mean()) <= r.mean_error
+    assert abs(r.standard_deviation - a.std()) <= r.standard_deviation_error + 1e-12

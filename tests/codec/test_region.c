@@ -342,6 +342,58 @@ static void test_constant_floats(void **state)
     free(volume.data);
 }
 
+/* Noise in a background that no float holds. */
+static cvol_array *make_spots(cvol_volume *volume, double background)
+{
+    random_state r = {8};
+    double *samples = volume->data;
+    for (size_t i = 0; i < COUNT; i++)
+        samples[i] = i % NX > 16 ? background : 4 + random_signed(&r);
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.target = CVOL_TARGET_PSNR;
+    options.target_value = 25;
+    options.background = CVOL_BACKGROUND_VALUE;
+    options.background_value = background;
+    cvol_array *array;
+    if (cvol_compress(context, &array, NULL, samples, &volume->grid, &options))
+        fail_msg("%s", cvol_context_message(context));
+    return array;
+}
+
+/* The samples of a result are those of `volume`, scaled by 3 or not at all. */
+static void expect_spots(const cvol_array *array, const cvol_volume *volume, double factor)
+{
+    const size_t begin[3] = {10, 0, 1}, end[3] = {NX, NY, 3};
+    const double original = support_sample(volume, NX - 1), least = factor * original;
+    const cvol_region want = measure(volume, begin, end, original, original, 0, 0);
+    cvol_region got;
+    cvol_region_statistics figures;
+    assert_int_equal(cvol_array_compute_region(context, &got, array, begin, end, least, least),
+                     CVOL_OK);
+    assert_true(want.inside > 0);
+    assert_in_range(want.inside, got.inside_least, got.inside_most);
+    expect_near("mean", got.mean, factor * want.mean, got.mean_error);
+    assert_int_equal(
+        cvol_array_compute_region_statistics(context, &figures, array, begin, end, CVOL_REGION_BOX),
+        CVOL_OK);
+    expect_near("mean", figures.mean, factor * want.mean, figures.mean_error);
+    expect_near("least", figures.least, least, figures.least_error);
+}
+
+/* A background of doubles is exact; that of a result is a float. */
+static void test_spots(void **state)
+{
+    (void)state;
+    cvol_volume volume = support_volume(NX, NY, NZ, CVOL_FLOAT64);
+    cvol_array *array = make_spots(&volume, 0.1), *result;
+    expect_spots(array, &volume, 1);
+    assert_int_equal(cvol_array_scale(context, &result, 3, array, 0), CVOL_OK);
+    expect_spots(result, &volume, 3);
+    cvol_array_free(result);
+    cvol_array_free(array);
+    free(volume.data);
+}
+
 static void test_wrong_regions(void **state)
 {
     (void)state;
@@ -411,6 +463,7 @@ int main(void)
     const struct CMUnitTest tests[] = {TEST(test_bounds_hold),
                                        TEST(test_large_offset),
                                        TEST(test_statistics_of_masked_volumes),
+                                       TEST(test_spots),
                                        TEST(test_wrong_regions),
                                        TEST(test_exact_statistics),
                                        TEST(test_constant_floats)};

@@ -67,10 +67,10 @@ static double least_in(uint32_t bin)
 static void count_sample(region *r, double value, int is_exact)
 {
     const cvol_error_bound *bound = &r->array->error_bound;
-    r->count++;
-    r->sum += value;
     if (!is_exact) /* the original is in this range, so this is not further from it */
         value = fmin(fmax(value, bound->value_min), bound->value_max);
+    r->count++;
+    r->sum += value;
     const int is_inside = value >= r->least - r->half && value <= r->largest + r->half;
     double distance;
     if (is_inside)
@@ -109,10 +109,14 @@ static int count_piece(cvol_context *context, void *user, const size_t begin[3],
     if (code)
         return code;
     const int has_fills = mask && cvol_mask_get(r->fills, mask, begin, end);
+    const int is_exact = cvol_array_has_exact_background(r->array);
+    const double background = cvol_array_background(r->array); /* may not fit into a float */
     for (size_t i = 0; i < count; i++) {
         const int is_filled = has_fills && r->fills[i];
-        if (!is_filled || !cvol_mask_is_void(mask))
-            count_sample(r, (double)r->samples[i], is_filled);
+        if (!is_filled)
+            count_sample(r, (double)r->samples[i], 0);
+        else if (!cvol_mask_is_void(mask))
+            count_sample(r, background, is_exact);
     }
     return CVOL_OK;
 }

@@ -41,12 +41,11 @@ static double square_along(const statistics *s, int axis, size_t at)
     return along * along;
 }
 
-/* A sample as its type stores it. */
-static double stored_value(const cvol_array *array, double value)
+/* A sample within the range of the original ones, from which it is not further away then. */
+static double clamped_value(const cvol_array *array, double value)
 {
     const cvol_error_bound *bound = &array->error_bound;
-    const double clamped = fmin(fmax(value, bound->value_min), bound->value_max);
-    return cvol_type_is_integer(array->grid.type) ? rint(clamped) : clamped;
+    return fmin(fmax(value, bound->value_min), bound->value_max);
 }
 
 /* Adds the samples of a row that begins at (x, y, z); rows are summed apart, so that sums of many
@@ -55,6 +54,9 @@ static void add_row(statistics *s, const float *samples, const uint8_t *fills, c
                     size_t count)
 {
     const int is_void = fills && cvol_mask_is_void(s->array->mask);
+    const int is_exact = cvol_array_has_exact_background(s->array);
+    const int is_integer = cvol_type_is_integer(s->array->grid.type);
+    const double background = cvol_array_background(s->array); /* may not fit into a float */
     const double square = s->shape == CVOL_REGION_BOX
                               ? 0
                               : square_along(s, 1, at[1]) + square_along(s, 2, at[2]);
@@ -65,10 +67,10 @@ static void add_row(statistics *s, const float *samples, const uint8_t *fills, c
             continue;
         if (s->shape != CVOL_REGION_BOX && square + square_along(s, 0, at[0] + i) > surface)
             continue;
-        const double value = (double)samples[i], x = value - s->shift;
-        const double stored = stored_value(s->array, value);
+        const double value = is_filled ? background : clamped_value(s->array, (double)samples[i]);
+        const double stored = is_integer ? rint(value) : value, x = value - s->shift;
         s->count++;
-        s->exact += (uint64_t)is_filled;
+        s->exact += (uint64_t)(is_filled && is_exact);
         sum += x;
         squares += x * x;
         s->least = fmin(s->least, stored);

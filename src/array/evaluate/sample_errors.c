@@ -19,6 +19,11 @@ static double float_rounding(const cvol_array *array)
     return fits_float(array) ? 0 : ldexp(cvol_error_bound_largest(&array->error_bound), -24);
 }
 
+int cvol_array_has_exact_background(const cvol_array *array)
+{
+    return cvol_mask_is_background(array->mask) && (array->measured || array->residual);
+}
+
 double cvol_array_stored_error(const cvol_array *array)
 {
     const double largest = cvol_error_bound_largest(&array->error_bound) + array->max_error;
