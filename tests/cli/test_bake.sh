@@ -99,6 +99,11 @@ for how in '' '--tile 0' '--schedule literal --tile 0'; do
     expect_number "$(value_of transform.multiply_adds)" '>' 10000
 done
 
+# A coarse level has other slices than the full resolution.
+expect_done cvol bake a.cvol -o fine.cvol --axis y --level 0
+expect_done cvol bake a.cvol -o coarse.cvol --axis y --level 2
+expect_other_file fine.cvol coarse.cvol
+
 # ---- misuse and damage ---------------------------------------------------------------------------
 
 expect_failure 2 'another transfer function' cvol render baked.cvol -o c.png $size --transfer other.json
