@@ -119,3 +119,31 @@ expect_done cvol render a.cvol -o plain.png --size 256 --json
 zoom=$(value_of camera.zoom)
 expect_done cvol render a.cvol -o noted.png --size 256 --annotate --json
 expect_number "$(value_of camera.zoom)" '<' "$(awk "BEGIN { print 0.9 * $zoom }")"
+
+# ---- options that change nothing -----------------------------------------------------------------
+
+expect_done cvol compress in.nrrd in.nrrd -o dyes.cvol --as channels
+without() { # WORDS OPTION...: the picture is that without the options, and a note says so
+    words=$1
+    shift
+    expect_status 0 cvol render "$@"
+    grep -q -e "$words" "$err" || fail "must state: $words"
+}
+without '--transfer has no effect: mode mip' a.cvol -o mip.png --size 32 --mode mip --transfer hot
+without '--transfer has no effect: mode iso' a.cvol -o iso.png --size 32 --mode iso --iso 99 --transfer hot
+for option in '--perspective 30' '--level 1' '--oversample 2' '--footprint catmull-rom' '--mode xray'; do
+    # shellcheck disable=SC2086
+    without '--ray-order image has no effect' a.cvol -o order.png --size 32 --ray-order image $option
+done
+expect_done cvol render a.cvol -o order.png --size 32 --ray-order image
+without '--samples has no effect' a.cvol -o samples.png --size 32 --shade --samples 9
+expect_done cvol render a.cvol -o samples.png --size 32 --shade --samples 9 --shadows 0.5
+without '--level has no effect' in.nrrd -o level.png --size 32 --engine ray --level 1
+expect_done cvol render a.cvol -o level.png --size 32 --engine ray --level 1
+expect_failure 2 'give only one of --shade and --light cinematic' cvol render a.cvol -o x.png --shade --light cinematic
+for option in '--ambient 0.9' '--samples 9' '--shadows 0.5' --keep-brightness; do
+    # shellcheck disable=SC2086
+    expect_failure 2 "${option% *} needs a light" cvol render dyes.cvol -o x.png $option
+done
+expect_done cvol render dyes.cvol -o lit.png --size 32 --ambient 0.9 --light headlight
+expect_done cvol render dyes.cvol -o one.png --size 32 --ambient 0.9 --channel 0

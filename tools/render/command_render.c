@@ -82,6 +82,7 @@ static int run(render_arguments *a, scene *s, const char **inputs, int count)
     cvol_context *context = begin_command(&a->common);
     if (!context)
         return EXIT_FAILED;
+    note_unused(s, a);
     return end_command(context, a->poses     ? render_poses(context, a, s, inputs[0])
                                 : count == 1 ? render_one(context, a, s, inputs[0])
                                              : render_many(context, a, s, inputs, count));

@@ -177,6 +177,12 @@ int open_channels(cvol_context *context, scene *s, render_arguments *a, const ch
         return status;
     if (are_components && can_draw_colours(s, a) && channels <= CVOL_COLOURS_MAX)
         return open_colours(context, s, a, colours, channels, path);
+    const char *detail = a->light_text || a->shade ? NULL : find_light_detail(a);
+    if (detail)
+        return report_error(EXIT_MISUSED,
+                            "%s: %s needs a light, and channels that are added have none: give "
+                            "--light, or choose a channel with --channel",
+                            path, detail);
     if (are_components && channels == 4) {
         channels = 3;
         clear_progress();

@@ -56,6 +56,8 @@ static int check_light(const scene *s, const render_arguments *a, int kind, cons
         return report_error(EXIT_MISUSED, "%s needs a light: %s", a->shade ? "--shade" : given,
                             a->light_text ? "leave out --light flat"
                                           : "give --light headlight or X,Y,Z");
+    if (a->shade && a->light_text && (kind == LIGHT_STUDIO || kind == LIGHT_CINEMATIC))
+        return report_error(EXIT_MISUSED, "give only one of --shade and --light %s", a->light_text);
     if (asked && s->engine == CVOL_ENGINE_FOURIER)
         return report_error(
             EXIT_MISUSED, "%s does not work with engine fourier, which has mode xray only", asked);
@@ -87,12 +89,24 @@ static int check_light(const scene *s, const render_arguments *a, int kind, cons
     return EXIT_DONE;
 }
 
+const char *find_light_detail(const render_arguments *a)
+{
+    return a->shininess_given          ? "--shininess"
+           : a->samples_given          ? "--samples"
+           : a->keep_brightness        ? "--keep-brightness"
+           : a->ambient_given          ? "--ambient"
+           : a->diffuse_given          ? "--diffuse"
+           : a->specular_given         ? "--specular"
+           : a->gradient_opacity_given ? "--gradient-opacity"
+           : a->fill_light_given       ? "--fill-light"
+           : a->occlusion_given        ? "--occlusion"
+           : a->shadows_given          ? "--shadows"
+                                       : NULL;
+}
+
 void drop_default_light(scene *s, const render_arguments *a)
 {
-    const int asked = a->light_text || a->shade || a->ambient_given || a->diffuse_given ||
-                      a->specular_given || a->shininess_given || a->gradient_opacity_given ||
-                      a->fill_light_given || a->occlusion_given || a->shadows_given ||
-                      a->samples_given || a->keep_brightness;
+    const int asked = a->light_text || a->shade || find_light_detail(a);
     if (asked || s->options.mode != CVOL_MODE_COMPOSITE || !cvol_transfer_is_opaque(s->transfer))
         return;
     s->options.shading.on = 0;
@@ -130,13 +144,7 @@ int choose_light(scene *s, render_arguments *a)
         {"--shadows", a->shadows_given, a->shadows, 0, 1, &more->shadows},
     };
     const int count = sizeof numbers / sizeof *numbers;
-    const char *given = a->shininess_given   ? "--shininess"
-                        : a->samples_given   ? "--samples"
-                        : a->keep_brightness ? "--keep-brightness"
-                                             : NULL;
-    for (int k = 0; k < count && !given; k++)
-        given = numbers[k].given ? numbers[k].name : NULL;
-    if ((status = check_light(s, a, kind, given)))
+    if ((status = check_light(s, a, kind, find_light_detail(a))))
         return status;
     for (int k = 0; k < count; k++) {
         if (!numbers[k].given)

@@ -477,6 +477,8 @@ int open_scene(cvol_context *context, scene *s, render_arguments *arguments, con
             fprintf(stderr, "cvol: %s: the file ends early; drawn at level %d, which is complete\n",
                     path, s->in.level);
     }
+    if (!status)
+        note_unused_level(s, arguments, path);
     const int level = s->in.level > enough && s->box_level < 0 ? s->in.level
                       : arguments->level_given                 ? enough
                                                                : 0;

@@ -371,6 +371,9 @@ static inline int is_grey_mode(cvol_mode mode)
 void choose_default_engine(render_arguments *a, const char *path);
 /* Checks the options and sets the default mode. Exit status. */
 int check_render_arguments(scene *s, render_arguments *arguments);
+/* render_unused.c: print which options change nothing; note_unused_level of the open input. */
+void note_unused(const scene *s, const render_arguments *a);
+void note_unused_level(const scene *s, const render_arguments *a, const char *path);
 /* Opens the input and makes the renderer. Exit status. */
 int open_scene(cvol_context *context, scene *s, render_arguments *arguments, const char *path);
 /* The grid of the open volume or baked volume. */
@@ -382,6 +385,8 @@ void close_scene(scene *s);
 /* render_clip.c: --clip, --clip-plane and --eye. Exit status. */
 /* --light and the options of light. Exit status. */
 int choose_light(scene *s, render_arguments *a);
+/* The first given option that needs a light and chooses none; NULL: none. */
+const char *find_light_detail(const render_arguments *a);
 /* No light where only faces are visible, unless the options ask for one. */
 void drop_default_light(scene *s, const render_arguments *a);
 
