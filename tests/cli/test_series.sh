@@ -185,6 +185,24 @@ assert np.abs(np.minimum(pictures[1] + pictures[2], 1) - pictures[0]).max() < 1e
 END
     fi
 done
+# All pictures of a turn show both channels, also if the first one shows them one behind the other.
+for k in 1 2; do
+    for row in $(seq 256); do
+        [ $k = 1 ] || head -c 56 /dev/zero
+        head -c 8 /dev/zero | tr '\0' '\310'
+        [ $k = 2 ] || head -c 56 /dev/zero
+    done >end_$k.raw
+    make_nrrd end_$k.nrrd end_$k.raw uint8 64 16 16
+done
+expect_done cvol compress end_1.nrrd end_2.nrrd -o ends.cvol --as channels --lossless
+for colours in red,blue '#000000,blue' 'red,#000000'; do
+    expect_done cvol render ends.cvol -o "$colours-{n}.png" --size 24 --turntable 4 --azimuth 90 --elevation 0 \
+        --channel-colors "$colours"
+done
+for n in 2 4; do
+    expect_other_file red,blue-$n.png "#000000,blue-$n.png"
+    expect_other_file red,blue-$n.png "red,#000000-$n.png"
+done
 expect_done cvol render cell.cvol -o all.png --size 24
 expect_done cvol render cell.cvol -o given.png --size 24 --channel-colors 'blue,#00ff80'
 cmp -s all.png given.png || fail 'colours must equal those of the file'

@@ -100,6 +100,17 @@ static void leave_room(cvol_camera *camera, const scene *s, const cvol_grid *gri
         camera->look_at[a] += by * right[a] - down * up[a];
 }
 
+/* 1 if one frame is for all pictures of a turn. */
+static int is_turn(const render_arguments *a)
+{
+    return a->fit == FIT_TURN || (a->turntable_given && !a->over_time);
+}
+
+static const cvol_camera *frame_of(const scene *s, int channel)
+{
+    return channel ? &s->others[channel - 1].frame : &s->frame;
+}
+
 /* Widens the frame so that it has the frames of the other channels. */
 static void join_frames(scene *s)
 {
@@ -108,7 +119,7 @@ static void join_frames(scene *s)
                  aspect = (double)s->options.width / s->options.height;
     find_axes(right, up, &s->frame);
     for (int c = 0; c <= s->other_count; c++) {
-        const cvol_camera *frame = c ? &s->others[c - 1].frame : &s->frame;
+        const cvol_camera *frame = frame_of(s, c);
         const double half[2] = {0.5 * aspect * diagonal / frame->zoom,
                                 0.5 * diagonal / frame->zoom};
         for (int k = 0; k < 2; k++) {
@@ -128,6 +139,34 @@ static void join_frames(scene *s)
         s->frame.look_at[a] += 0.5 * ((lo[0] + hi[0]) * right[a] + (lo[1] + hi[1]) * up[a]);
 }
 
+/* The same for a turn: from every side a middle is no further from the common middle than in
+ * space. */
+static void join_turns(scene *s)
+{
+    const double diagonal = diagonal_of(input_grid(&s->in)),
+                 across = fmax(1, (double)s->options.height / s->options.width);
+    double middle[3], half = 0;
+    for (int a = 0; a < 3; a++) {
+        double lo = INFINITY, hi = -INFINITY;
+        for (int c = 0; c <= s->other_count; c++) {
+            const cvol_camera *frame = frame_of(s, c);
+            lo = fmin(lo, frame->look_at[a] - 0.5 * diagonal / frame->zoom);
+            hi = fmax(hi, frame->look_at[a] + 0.5 * diagonal / frame->zoom);
+        }
+        middle[a] = 0.5 * (lo + hi);
+    }
+    for (int c = 0; c <= s->other_count; c++) {
+        const cvol_camera *frame = frame_of(s, c);
+        const double *at = frame->look_at;
+        const double distance = hypot(hypot(at[0] - middle[0], at[1] - middle[1]),
+                                      at[2] - middle[2]);
+        half = fmax(half, 0.5 * diagonal / frame->zoom + across * distance);
+    }
+    if (half > 0)
+        s->frame.zoom = 0.5 * diagonal / half;
+    memcpy(s->frame.look_at, middle, sizeof middle);
+}
+
 /* Finds zoom and middle of the picture, so that what is visible fills it. Several times have one
  * frame, around the whole volume. Exit status. */
 static int find_frame(cvol_context *context, scene *s, const render_arguments *a)
@@ -140,8 +179,7 @@ static int find_frame(cvol_context *context, scene *s, const render_arguments *a
                                 .array = has_blocks(s) ? s->in.array : NULL,
                                 .volume = has_blocks(s) ? NULL : s->in.volume,
                                 .mask = has_blocks(s) ? NULL : s->mask};
-    const int is_turn = a->fit == FIT_TURN || (a->turntable_given && !a->over_time);
-    const int turns = !is_turn                                         ? 1
+    const int turns = !is_turn(a)                                      ? 1
                       : a->turntable_given && a->turntable < TURNS_MAX ? a->turntable
                                                                        : TURNS_MAX;
     int code = CVOL_OK;
@@ -210,7 +248,10 @@ int aim_camera(cvol_context *context, scene *s, const render_arguments *a, doubl
     for (int c = 0; c < s->other_count; c++)
         has_frames = has_frames && s->others[c].has_frame;
     if (!status && has_frames) {
-        join_frames(s);
+        if (is_turn(a))
+            join_turns(s);
+        else
+            join_frames(s);
         s->has_joined = 1;
     }
     if (!status && s->has_frame) {
