@@ -209,6 +209,13 @@ expect_failure 2 'works only in modes composite and iso, not in mip' $depth --mo
 expect_failure 2 'must end in .pfm' cvol render a.cvol -o x.png --depth y.png
 expect_failure 2 'is given for both' $depth --opacity x.pfm
 expect_failure 2 'is the name of the picture' cvol render a.cvol -o x.pfm --depth x.pfm
+mkdir maps
+for name in ./x.pfm maps/../x.pfm; do
+    expect_failure 2 'is the name of the picture' cvol render a.cvol -o x.pfm --depth $name
+    expect_failure 2 'is given for both' cvol render a.cvol -o x.png --depth x.pfm --opacity $name
+done
+expect_done cvol render a.cvol -o x.pfm --size 16 --depth maps/x.pfm
+rm -r maps x.pfm
 expect_failure 2 'cannot be combined with --turntable' cvol render a.cvol -o 'x-{n}.png' --turntable 2 --opacity x.pfm
 expect_failure 2 'put {name}' cvol render a.cvol in.raw -o '{name}.png' --depth x.pfm
 expect_failure 2 'cannot be combined with --annotate' cvol render a.cvol -o x.png --annotate --opacity x.pfm

@@ -1,8 +1,38 @@
 /* --depth and --opacity: files with the depth and the opacity of each pixel. */
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "tools/render/render_picture.h"
+
+/* The last part of a name, after its folder. */
+static const char *file_part(const char *name)
+{
+    const char *slash = strrchr(name, '/');
+    return slash ? slash + 1 : name;
+}
+
+/* 1 if both names are those of one file, which need not exist: ./x.pfm and x.pfm. */
+static int are_one_file(const char *a, const char *b)
+{
+    struct stat of[2];
+    const char *names[2] = {a, b};
+    if (strcmp(file_part(a), file_part(b)))
+        return 0;
+    for (int k = 0; k < 2; k++) {
+        const size_t length = (size_t)(file_part(names[k]) - names[k]);
+        char *folder = malloc(length + 2);
+        if (!folder)
+            return !strcmp(a, b);
+        memcpy(folder, names[k], length);
+        memcpy(folder + length, ".", 2); /* "FOLDER/.", or "." */
+        const int failed = stat(folder, &of[k]);
+        free(folder);
+        if (failed)
+            return !strcmp(a, b);
+    }
+    return of[0].st_dev == of[1].st_dev && of[0].st_ino == of[1].st_ino;
+}
 
 static int check_map(const render_arguments *a, const char *option, const char *name, int volumes)
 {
@@ -23,7 +53,7 @@ static int check_map(const render_arguments *a, const char *option, const char *
     if (volumes > 1 && !strstr(name, "{name}"))
         return report_error(EXIT_MISUSED, "%s: this is one name for %d volumes: put {name} into it",
                             name, volumes);
-    if (a->output && !strcmp(name, a->output))
+    if (a->output && are_one_file(name, a->output))
         return report_error(EXIT_MISUSED, "%s: is the name of the picture; give another one for %s",
                             name, option);
     return EXIT_DONE;
@@ -43,7 +73,7 @@ int check_maps(const scene *s, const render_arguments *a, int volumes)
     if (check_map(a, "--depth", a->depth_name, volumes) ||
         check_map(a, "--opacity", a->opacity_name, volumes))
         return EXIT_MISUSED;
-    if (a->depth_name && a->opacity_name && !strcmp(a->depth_name, a->opacity_name))
+    if (a->depth_name && a->opacity_name && are_one_file(a->depth_name, a->opacity_name))
         return report_error(EXIT_MISUSED,
                             "%s: is given for both --depth and --opacity: give two names",
                             a->depth_name);
