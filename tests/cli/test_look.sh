@@ -147,3 +147,9 @@ for option in '--ambient 0.9' '--samples 9' '--shadows 0.5' --keep-brightness; d
 done
 expect_done cvol render dyes.cvol -o lit.png --size 32 --ambient 0.9 --light headlight
 expect_done cvol render dyes.cvol -o one.png --size 32 --ambient 0.9 --channel 0
+
+# ---- a clip without thickness --------------------------------------------------------------------
+
+expect_failure 2 'leaves no part of the volume, which reaches from 0 to 29' \
+    cvol render a.cvol -o x.png --clip ,,29:30
+expect_done cvol render a.cvol -o last.png --size 32 --clip ,,28:29

@@ -192,7 +192,7 @@ static void test_invalid_requests(void **state)
     set;                  \
     expect_refused(&s, &bad, word)
     REFUSE((bad.clip = (cvol_clip){.axes = 1, .from = {4}, .to = {4}}), "clip of x");
-    REFUSE((bad.clip = (cvol_clip){.axes = 2, .from = {0, 50}, .to = {0, 60}}), "contains none");
+    REFUSE((bad.clip = (cvol_clip){.axes = 2, .from = {0, 50}, .to = {0, 60}}), "leaves no part");
     REFUSE((bad.clip = (cvol_clip){.axes = 1, .from = {NAN}, .to = {4}}), "clip of x");
     REFUSE((bad.clip = (cvol_clip){.planes = 1}), "clipping plane");
     REFUSE((bad.clip = (cvol_clip){.planes = 7}), "7 clipping planes");

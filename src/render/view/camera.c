@@ -256,9 +256,10 @@ static int set_box(cvol_context *context, cvol_view *view, const cvol_grid *grid
                              "clip of %c from %g to %g: the second must be larger", "xyz"[a], from,
                              to);
         if (!(from < view->hi[a]) || !(to > view->lo[a]))
-            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                             "clip of %c from %g to %g contains none of samples 0 to %g", "xyz"[a],
-                             from, to, last);
+            return cvol_fail(
+                context, CVOL_ERROR_ARGUMENT,
+                "clip of %c from %g to %g leaves no part of the volume, which reaches from 0 to %g",
+                "xyz"[a], from, to, last);
         view->clipped |= from > view->lo[a] || to < view->hi[a];
         if (from > view->lo[a])
             add_box_cut(view, grid, a, from, 1);
