@@ -242,6 +242,7 @@ int cvol_hdf5_plan(cvol_context *context, cvol_write_plan *plan, const cvol_grid
     cvol_bytes *out = &plan->header, objects;
     int code = put_objects(context, &objects, grid, path, 0); /* for their size */
     const size_t samples = (objects.size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    const int has_failed = objects.failed;
     cvol_bytes_free(&objects);
     if (!code)
         code = put_objects(context, &objects, grid, path, samples);
@@ -255,7 +256,7 @@ int cvol_hdf5_plan(cvol_context *context, cvol_write_plan *plan, const cvol_grid
     put_checksum(out, 0);
     if (!objects.failed)
         cvol_bytes_append(out, objects.data + SUPERBLOCK_BYTES, objects.size - SUPERBLOCK_BYTES);
-    out->failed = out->failed || objects.failed;
+    out->failed = out->failed || has_failed || objects.failed;
     while (!out->failed && out->size < samples)
         cvol_bytes_put_u8(out, 0);
     cvol_bytes_free(&objects);
