@@ -165,7 +165,11 @@ int count_labels(label_values *out, const cvol_volume *volume, const char *path)
     const size_t samples = cvol_grid_samples(&volume->grid);
     int range[2];
     *out = (label_values){0};
-    if (!find_range(range, volume))
+    const int are_labels = find_range(range, volume);
+    if (!are_labels && !cvol_type_is_integer(volume->grid.type))
+        return report_error(EXIT_MISUSED, "%s: its samples are not whole numbers, so no labels",
+                            path);
+    if (!are_labels)
         return report_error(EXIT_MISUSED,
                             "%s: its samples are not whole numbers from %d to %d, so no labels",
                             path, INT_MIN, INT_MAX);
