@@ -276,12 +276,13 @@ static int compress_with_attributes(cvol_context *context, cvol_array **out,
             rest.target = CVOL_TARGET_RATIO;
             rest.target_value = (double)cvol_grid_bytes(grid) / fmax(allowed - extra, 1);
         }
+        const double estimate = extra;
         cvol_array_free(*out);
         code = compress(context, out, &of_it, samples, grid, &rest);
         if (!code)
             code = add_attributes(context, *out, &of_it, &extra, options->attributes);
         const double bytes = (double)of_it.file_bytes;
-        done = allowed <= 0 || !of_it.target_met ||
+        done = allowed <= 0 || (!of_it.target_met && extra >= estimate) ||
                (bytes <= allowed && (of_it.lossless || bytes * CVOL_RATIO_MAX >= allowed));
         of_it.target_met = of_it.target_met && (allowed <= 0 || bytes <= allowed);
     }
