@@ -55,7 +55,7 @@ build_and_test() { # FOLDER CTEST_OPTIONS CMAKE_OPTIONS...
     selection=$2
     shift 2
     configure "$where" "$@"
-    # shellcheck disable=SC2046 # words
+    # shellcheck disable=SC2046 # the names are several words
     cmake --build "$where" -j "$jobs" --target all $(list_programs "$where" "$selection")
     print_duration "building $where"
     if [ "$(uname -m)" = x86_64 ] && ! "$where/tests/helpers/with_cpu" avx512 /bin/true; then

@@ -186,8 +186,8 @@ static void widen(frame *out, const shadow *of, const cvol_coarse *coarse, const
         const double share = CVOL_FIT_SHARE / (k ? 1 : lens->shape);
         double most[2];
         memcpy(slanted.up, axes[!k], sizeof slanted.up);
-        for (int far = 0; far < 2; far++) {
-            const double side = far ? -1 / share : 1 / share, length = hypot(side, lens->tangent);
+        for (int sign = 0; sign < 2; sign++) {
+            const double side = sign ? -1 / share : 1 / share, length = hypot(side, lens->tangent);
             for (int a = 0; a < 3; a++)
                 slanted.right[a] = (side * axes[k][a] + lens->tangent * of->eye[a]) / length;
             const extent box = extent_of_box(grid, slanted.right);
@@ -199,7 +199,7 @@ static void widen(frame *out, const shadow *of, const cvol_coarse *coarse, const
                     along.to = fmax(along.to, finer.to);
             } else
                 along = box;
-            most[far] = length * fmin(along.to, box.to) - lens->tangent * out->depth;
+            most[sign] = length * fmin(along.to, box.to) - lens->tangent * out->depth;
         }
         *sides[k] = (extent){-most[1] * share, most[0] * share};
     }
