@@ -123,7 +123,7 @@ expect_number "$(value_of camera.zoom)" '<' "$(awk "BEGIN { print 0.9 * $zoom }"
 # ---- options that change nothing -----------------------------------------------------------------
 
 expect_done cvol compress in.nrrd in.nrrd -o dyes.cvol --as channels
-without() { # WORDS OPTION...: the picture is that without the options, and a note says so
+without() { # WORDS OPTION...: the command draws, and a note has the words
     words=$1
     shift
     expect_status 0 cvol render "$@"
