@@ -10,10 +10,12 @@
 #include "random.h"
 #include "support.h"
 
-const uint8_t counting[64] = {1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12, 13, 14, 15, 16,
-                              17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 32,
-                              33, 34, 35, 36, 37, 38, 39, 40, 41, 42, 43, 44, 45, 46, 47, 48,
-                              49, 50, 51, 52, 53, 54, 55, 56, 57, 58, 59, 60, 61, 62, 63, 64};
+#define EIGHT(n) n + 1, n + 2, n + 3, n + 4, n + 5, n + 6, n + 7, (n + 8) % 256
+#define SIXTY_FOUR(n)                                                                   \
+    EIGHT(n), EIGHT(n + 8), EIGHT(n + 16), EIGHT(n + 24), EIGHT(n + 32), EIGHT(n + 40), \
+        EIGHT(n + 48), EIGHT(n + 56)
+
+const uint8_t counting[256] = {SIXTY_FOUR(0), SIXTY_FOUR(64), SIXTY_FOUR(128), SIXTY_FOUR(192)};
 
 /* ---- files in the folder ------------------------------------------------------------- */
 
