@@ -507,6 +507,11 @@ static void test_nrrd_lies(void **state)
     read_fails(LIE("uint8", "3", "99999999999999999999 1 1", "raw", 12), CVOL_ERROR_FORMAT, "sizes",
                "99999999999999999999");
     read_fails(LIE("uint8", "three", "2 3 2", "raw", 12), CVOL_ERROR_FORMAT, "dimension", "three");
+    /* no room for so many axes, in which units would be converted */
+    read_fails(nrrd(TYPE8 "dimension: 16\nsizes: 2 3 2\nspace: RAS\n"
+                          "space units: \"mm\" \"mm\" \"mm\"\n" RAW,
+                    12),
+               CVOL_ERROR_UNSUPPORTED, "dimension", "volumes have three axes");
     read_fails(LIE("int128", "3", "2 3 2", "raw", 12), CVOL_ERROR_FORMAT, "type", "int128");
     read_fails(LIE("block", "3", "2 3 2", "raw", 12), CVOL_ERROR_UNSUPPORTED, "type", "block");
     read_fails(LIE("int64", "3", "2 3 2", "raw", 12), CVOL_ERROR_FORMAT, "12 of the 96 bytes", "");

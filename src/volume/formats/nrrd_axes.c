@@ -327,11 +327,13 @@ int cvol_nrrd_read_axes(nrrd *n)
         code = read_origin(n, components);
     if (!code)
         code = read_units(n, factor);
+    if (code) /* the number of axes may be wrong, too */
+        return code;
     if (n->header.value[NRRD_SPACE_UNITS])
         convert_space(n, &d, factor);
     else
         convert_axes(n, &d, factor);
-    if (!code && n->header.value[NRRD_SPACE_DIRECTIONS])
+    if (n->header.value[NRRD_SPACE_DIRECTIONS])
         code = set_directions(n, &d);
     if (space == SPACE_LAS)
         cvol_geometry_mirror(&n->grid, 1);
