@@ -1,6 +1,8 @@
 /* Pages of TIFF files, by libtiff, without its printing and memory mapping, and with a limit of
- * memory. Its errors become part of our messages. Before it allocates memory, the reader checks
- * that strips and tiles lie within the file and have enough bytes for their packed samples. */
+ * memory. Its errors become part of our messages. libtiff takes a page for the last one if it
+ * cannot read the offset of the next; so the functions here read for it, and a page whose reading
+ * failed or met the end of the file is an error. Before it allocates memory, the reader checks that
+ * strips and tiles lie within the file and have enough bytes for their packed samples. */
 #define _GNU_SOURCE
 #include "volume/formats/tiff/page.h"
 
@@ -21,7 +23,9 @@
 struct cvol_tiff_file {
     TIFF *tiff;
     char *path;
-    uint64_t size;
+    cvol_input input;
+    uint64_t position;
+    int lacks_bytes;   /* a read failed, or found fewer bytes than requested */
     char message[200]; /* the first error of libtiff */
     int reason;        /* errno at that error; 0: an error of the file */
 };
@@ -36,7 +40,8 @@ static int keep_tiff_error(TIFF *tiff, void *user, const char *module, const cha
     (void)tiff, (void)module;
     if (file->message[0])
         return 1;
-    file->reason = reason;
+    if (!file->reason)
+        file->reason = reason;
     vsnprintf(file->message, sizeof file->message, format, values);
     for (char *c = file->message; *c; c++)
         if (*c < ' ' || *c > '~')
@@ -53,12 +58,15 @@ static int ignore_warning(TIFF *tiff, void *user, const char *module, const char
 
 static int fail_damaged(cvol_context *context, const cvol_tiff_file *file, const char *what)
 {
+    const char *detail = file->message[0]                      ? file->message
+                         : file->lacks_bytes && !file->reason ? "the file ends within it"
+                                                               : "";
     return cvol_fail(context,
                      !file->reason            ? CVOL_ERROR_FORMAT
                      : file->reason == ENOMEM ? CVOL_ERROR_MEMORY
                                               : CVOL_ERROR_IO,
-                     "%s: %s cannot be read%s%s%s%s", file->path, what,
-                     file->message[0] ? ": " : "", file->message, file->reason ? ": " : "",
+                     "%s: %s cannot be read%s%s%s%s", file->path, what, detail[0] ? ": " : "",
+                     detail, file->reason ? ": " : "",
                      file->reason ? strerror(file->reason) : "");
 }
 
@@ -66,37 +74,78 @@ static int fail_damaged(cvol_context *context, const cvol_tiff_file *file, const
 static void forget_error(cvol_tiff_file *file)
 {
     file->message[0] = '\0';
-    file->reason = 0;
+    file->reason = file->lacks_bytes = 0;
     errno = 0;
+}
+
+static tmsize_t read_for_tiff(thandle_t user, void *data, tmsize_t size)
+{
+    cvol_tiff_file *file = user;
+    cvol_context unused = {.limit_bytes = 0}; /* for its message */
+    size_t got = 0;
+    const int code = cvol_input_read(&unused, &file->input, file->position, data, (size_t)size,
+                                     &got);
+    if (code && !file->reason)
+        file->reason = errno;
+    if (code || got < (size_t)size)
+        file->lacks_bytes = 1;
+    file->position += got;
+    return code ? -1 : (tmsize_t)got;
+}
+
+static tmsize_t refuse_to_write(thandle_t user, void *data, tmsize_t size)
+{
+    (void)user, (void)data, (void)size;
+    return -1;
+}
+
+static toff_t seek_for_tiff(thandle_t user, toff_t offset, int whence)
+{
+    cvol_tiff_file *file = user;
+    file->position = offset + (whence == SEEK_CUR   ? file->position
+                               : whence == SEEK_END ? file->input.size
+                                                    : 0);
+    return file->position;
+}
+
+static toff_t size_for_tiff(thandle_t user)
+{
+    return ((const cvol_tiff_file *)user)->input.size;
+}
+
+/* cvol_tiff_close closes the input: libtiff does not after a failed opening. */
+static int close_nothing(thandle_t user)
+{
+    (void)user;
+    return 0;
 }
 
 int cvol_tiff_open(cvol_context *context, cvol_tiff_file **out, const char *path)
 {
     *out = NULL;
-    cvol_input input; /* it has messages for folders, pipes and empty files */
-    int code = cvol_input_open(context, &input, path);
-    uint64_t size = input.size;
-    cvol_input_close(&input);
-    if (code)
-        return code;
     cvol_tiff_file *file = calloc(1, sizeof *file);
-    TIFFOpenOptions *options = TIFFOpenOptionsAlloc();
-    if (!file || !options || !(file->path = strdup(path))) {
-        TIFFOpenOptionsFree(options);
-        free(file);
+    if (!file)
         return cvol_fail_memory(context, sizeof *file, path);
+    file->input.fd = -1;
+    TIFFOpenOptions *options = TIFFOpenOptionsAlloc();
+    file->path = strdup(path);
+    int code = options && file->path ? cvol_input_open(context, &file->input, file->path)
+                                     : cvol_fail_memory(context, sizeof *file, path);
+    if (!code) {
+        TIFFOpenOptionsSetErrorHandlerExtR(options, keep_tiff_error, file);
+        TIFFOpenOptionsSetWarningHandlerExtR(options, ignore_warning, file);
+        const uint64_t most = context->limit_bytes < PTRDIFF_MAX / 2 ? context->limit_bytes
+                                                                     : PTRDIFF_MAX / 2;
+        TIFFOpenOptionsSetMaxSingleMemAlloc(options, (tmsize_t)(most + (1 << 20)));
+        forget_error(file);
+        file->tiff = TIFFClientOpenExt(path, "rm", file, read_for_tiff, refuse_to_write,
+                                       seek_for_tiff, close_nothing, size_for_tiff, NULL, NULL,
+                                       options); /* m: not mapped */
+        if (!file->tiff || file->lacks_bytes)
+            code = fail_damaged(context, file, "its first page");
     }
-    file->size = size;
-    TIFFOpenOptionsSetErrorHandlerExtR(options, keep_tiff_error, file);
-    TIFFOpenOptionsSetWarningHandlerExtR(options, ignore_warning, file);
-    const uint64_t most = context->limit_bytes < PTRDIFF_MAX / 2 ? context->limit_bytes
-                                                                 : PTRDIFF_MAX / 2;
-    TIFFOpenOptionsSetMaxSingleMemAlloc(options, (tmsize_t)(most + (1 << 20)));
-    forget_error(file);
-    file->tiff = TIFFOpenExt(path, "rm", options); /* m: not mapped */
     TIFFOpenOptionsFree(options);
-    if (!file->tiff) {
-        code = fail_damaged(context, file, "its first page");
+    if (code) {
         cvol_tiff_close(file);
         return code;
     }
@@ -110,6 +159,7 @@ void cvol_tiff_close(cvol_tiff_file *file)
         return;
     if (file->tiff)
         TIFFClose(file->tiff);
+    cvol_input_close(&file->input);
     free(file->path);
     free(file);
 }
@@ -118,7 +168,9 @@ int cvol_tiff_next(cvol_context *context, cvol_tiff_file *file, int *more)
 {
     forget_error(file);
     *more = TIFFReadDirectory(file->tiff);
-    return *more || !file->message[0] ? CVOL_OK : fail_damaged(context, file, "a page");
+    return file->lacks_bytes || (!*more && file->message[0])
+               ? fail_damaged(context, file, "a page")
+               : CVOL_OK;
 }
 
 int cvol_tiff_description(cvol_context *context, cvol_tiff_file *file, char **out)
@@ -215,9 +267,9 @@ static int check_bytes(cvol_context *context, const cvol_tiff_file *file, cvol_t
     const int tiled = TIFFIsTiled(file->tiff);
     const char *name = tiled ? "tile" : "strip";
     uint32_t count = tiled ? TIFFNumberOfTiles(file->tiff) : TIFFNumberOfStrips(file->tiff);
-    if (count > 1 && count > file->size / 2) /* each has an offset and a size there */
+    if (count > 1 && count > file->input.size / 2) /* each has an offset and a size there */
         return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %llu bytes cannot hold %u %ss",
-                         file->path, (unsigned long long)file->size, count, name);
+                         file->path, (unsigned long long)file->input.size, count, name);
     double stored = 0;
     uint64_t next = 0;
     int in_one = compression == COMPRESSION_NONE && !tiled && page->samples == 1 &&
@@ -225,11 +277,11 @@ static int check_bytes(cvol_context *context, const cvol_tiff_file *file, cvol_t
     for (uint32_t i = 0; i < count; i++) {
         uint64_t at = TIFFGetStrileOffset(file->tiff, i);
         uint64_t bytes = TIFFGetStrileByteCount(file->tiff, i);
-        if (at > file->size || bytes > file->size - at)
+        if (at > file->input.size || bytes > file->input.size - at)
             return cvol_fail(context, CVOL_ERROR_FORMAT,
                              "%s: %s %u begins at byte %llu and has %llu, but the file has %llu",
                              file->path, name, i, (unsigned long long)at, (unsigned long long)bytes,
-                             (unsigned long long)file->size);
+                             (unsigned long long)file->input.size);
         stored += (double)bytes;
         in_one = in_one && (i == 0 || at == next);
         next = at + bytes;
