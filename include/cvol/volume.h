@@ -77,8 +77,10 @@ CVOL_API int cvol_volume_read(cvol_context *context, cvol_volume **out, const ch
 CVOL_API int cvol_file_count_volumes(cvol_context *context, int *times, int *channels,
                                      const char *path, const cvol_read_options *options);
 
-/* 1 if content or name of the file is that of a format with a header; 0 if it can only hold raw
- * samples, or is unreadable. */
+/* Sets *out to 1 if content or name of the file is that of a format with a header, to 0 if it can
+ * only hold raw samples. Errors: IO (it cannot be read, or is a folder without a volume). */
+CVOL_API int cvol_file_read_is_volume(cvol_context *context, int *out, const char *path);
+/* The same; 0 also for an unreadable file. */
 CVOL_API int cvol_file_is_volume(const char *path);
 
 /* Writes a volume in its sample type. The extension of the name chooses the format: .nrrd, .nhdr,

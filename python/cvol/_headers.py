@@ -672,6 +672,7 @@ FUNCTIONS = {
     "read_options_set_defaults": "v * z",
     "volume_read": "i * * s *",
     "file_count_volumes": "i * * * s *",
+    "file_read_is_volume": "i * * s",
     "file_is_volume": "i s",
     "volume_write": "i * * s",
     "volume_stream_open": "i * * s *",

@@ -161,11 +161,20 @@ static int find_format(cvol_context *context, const cvol_format **out, const cha
     return CVOL_OK;
 }
 
+int cvol_file_read_is_volume(cvol_context *context, int *out, const char *path)
+{
+    const cvol_format *format;
+    const int code = find_format(context, &format, path);
+    *out = !code && format && !format->needs_options;
+    return code;
+}
+
 int cvol_file_is_volume(const char *path)
 {
     cvol_context context = {.limit_bytes = 0}; /* for discarded messages */
-    const cvol_format *format;
-    return !find_format(&context, &format, path) && format && !format->needs_options;
+    int is;
+    (void)cvol_file_read_is_volume(&context, &is, path);
+    return is;
 }
 
 static int any_spacing(const cvol_read_options *o)

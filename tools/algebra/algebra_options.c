@@ -48,18 +48,16 @@ const cvol_keep *chosen_keep(algebra_arguments *arguments, const cvol_array *sha
 /* ---- operands ---------------------------------------------------------------------------------
  */
 
-static int is_self_describing(const char *path)
-{
-    return is_cvol(path) || cvol_file_is_volume(path);
-}
-
 /* Opens a file as it is. `others`: there is another operand, which may need the raw options; a file
  * with a header then ignores them. */
 static int open_one(cvol_context *context, input *in, const char *path, common_options *common,
                     int others)
 {
     common_options plain = *common;
-    const int raw = !is_self_describing(path);
+    int has_header;
+    if (find_has_header(context, &has_header, path))
+        return EXIT_FAILED;
+    const int raw = !has_header;
     if (raw && file_size(path) && (!common->read.dims[0] || !common->type_name))
         return report_error(EXIT_MISUSED, "%s: raw samples need --dims NXxNYxNZ and --raw-type",
                             path);
@@ -122,9 +120,12 @@ static int check_dims(const input in[2], const char *const paths[2])
 int open_operands(cvol_context *context, input in[2], const char *const paths[2],
                   algebra_arguments *arguments)
 {
-    const int both = is_self_describing(paths[0]) && is_self_describing(paths[1]);
-    int status = EXIT_DONE;
-    if (both && has_raw_options(&arguments->common))
+    int have_headers[2], status = EXIT_DONE;
+    for (int i = 0; i < 2 && !status; i++)
+        status = find_has_header(context, &have_headers[i], paths[i]);
+    if (status)
+        return status;
+    if (have_headers[0] && have_headers[1] && has_raw_options(&arguments->common))
         return report_error(
             EXIT_MISUSED,
             "%s and %s have headers: --dims, --raw-type and --big-endian are for raw samples, "

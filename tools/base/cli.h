@@ -289,6 +289,9 @@ void forget_kinds(void);
 /* As cvol_file_kind_of and cvol_file_is_cvol, from the table. */
 cvol_file_kind kind_of(const char *path);
 int is_cvol(const char *path);
+/* Sets *out to 1 for a .cvol file and any other file with a header, to 0 for raw samples. Exit
+ * status: EXIT_FAILED, after a message, if the file cannot be read. */
+int find_has_header(cvol_context *context, int *out, const char *path);
 
 double milliseconds(void);
 

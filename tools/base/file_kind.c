@@ -114,6 +114,13 @@ int is_cvol(const char *path)
     return kind_of(path) != CVOL_FILE_OTHER;
 }
 
+int find_has_header(cvol_context *context, int *out, const char *path)
+{
+    *out = is_cvol(path);
+    const int code = *out ? CVOL_OK : cvol_file_read_is_volume(context, out, path);
+    return code ? report_context_error(context, code, NULL) : EXIT_DONE;
+}
+
 int is_png(const char *path)
 {
     const known_file *file = find_known(path);

@@ -19,11 +19,6 @@ static const char description[] =
 static const char examples[] = "  cvol compare brain.nii.gz brain.cvol\n"
                                "  cvol compare a.png b.cvi --json\n";
 
-static int is_self_describing(const char *path)
-{
-    return is_cvol(path) || cvol_file_is_volume(path);
-}
-
 static int compare_pictures(cvol_context *context, const common_options *common, const char *a_path,
                             const char *b_path)
 {
@@ -151,21 +146,24 @@ static int compare_volumes(cvol_context *context, common_options *common, const 
     plain_a.read.series = common->read.series;
     raw_b.read.has_channel = raw_b.read.has_index = 0;
     raw_b.read.series = NULL;
-    if (has_raw_options(common) && is_self_describing(a_path) && is_self_describing(b_path))
+    int a_has_header, b_has_header;
+    if (find_has_header(context, &a_has_header, a_path) ||
+        find_has_header(context, &b_has_header, b_path))
+        return EXIT_FAILED;
+    if (has_raw_options(common) && a_has_header && b_has_header)
         return report_error(
             EXIT_MISUSED,
             "%s and %s have headers: --dims, --type and --big-endian are for raw samples, and "
             "spacing does not matter",
             a_path, b_path);
-    int status = is_self_describing(a_path)
-                     ? copy_choice(context, &plain_a, &plain_b, a_path, b_path)
-                     : EXIT_DONE;
+    int status = a_has_header ? copy_choice(context, &plain_a, &plain_b, a_path, b_path)
+                              : EXIT_DONE;
     if (!status)
-        status = open_input(context, &a, a_path, is_self_describing(a_path) ? &plain_a : common);
+        status = open_input(context, &a, a_path, a_has_header ? &plain_a : common);
     if (!status)
         status = need_volume(context, &a);
     if (!status)
-        status = open_input(context, &b, b_path, is_self_describing(b_path) ? &plain_b : &raw_b);
+        status = open_input(context, &b, b_path, b_has_header ? &plain_b : &raw_b);
     if (!status)
         status = need_volume(context, &b);
     if (!status)
