@@ -342,6 +342,40 @@ static void test_constant_floats(void **state)
     free(volume.data);
 }
 
+/* Small deviations far from the middle of the volume's range: nothing cancels. */
+static void test_small_deviation(void **state)
+{
+    (void)state;
+    random_state r = {9};
+    cvol_volume volume = support_volume(NX, NY, NZ, CVOL_FLOAT32);
+    float *x = volume.data;
+    for (size_t i = 0; i < COUNT; i++)
+        x[i] = i % NX < 20   ? 0
+               : i % NX < 30 ? 1e6F
+                             : 1e6F + 0.0625F * (float)random_below(&r, 3);
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.lossless = 1;
+    cvol_array *array;
+    check_ok(cvol_compress(context, &array, NULL, x, &volume.grid, &options));
+    for (int part = 0; part < 2; part++) {
+        const size_t begin[3] = {part ? 30 : 20, 0, 0}, end[3] = {part ? NX : 30, NY, NZ};
+        const double count = (double)((end[0] - begin[0]) * NY * NZ);
+        double sum = 0, squares = 0; /* of x - 1e6, which are exact */
+        for (size_t i = 0; i < COUNT; i++)
+            if (i % NX >= begin[0] && i % NX < end[0]) {
+                sum += (double)x[i] - 1e6;
+                squares += ((double)x[i] - 1e6) * ((double)x[i] - 1e6);
+            }
+        const double sd = sqrt(squares / count - (sum / count) * (sum / count));
+        cvol_region_statistics got;
+        check_ok(cvol_array_compute_region_statistics(context, &got, array, begin, end,
+                                                      CVOL_REGION_BOX));
+        expect_near("deviation", got.standard_deviation, sd, got.standard_deviation_error + 1e-9);
+    }
+    cvol_array_free(array);
+    free(volume.data);
+}
+
 /* Noise in a background that no float holds. */
 static cvol_array *make_spots(cvol_volume *volume, double background)
 {
@@ -466,6 +500,6 @@ int main(void)
                                        TEST(test_spots),
                                        TEST(test_wrong_regions),
                                        TEST(test_exact_statistics),
-                                       TEST(test_constant_floats)};
+                                       TEST(test_small_deviation),      TEST(test_constant_floats)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

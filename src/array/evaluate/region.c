@@ -24,7 +24,7 @@ typedef struct region {
     float *samples;
     uint8_t *fills;
     uint64_t inside, count;
-    double sum;
+    double sum, piece_sum; /* the latter of one piece, so that few additions follow each other */
 } region;
 
 /* ---- limits ---------------------------------------------------------------------------------- */
@@ -70,7 +70,7 @@ static void count_sample(region *r, double value, int is_exact)
     if (!is_exact) /* the original is in this range, so this is not further from it */
         value = fmin(fmax(value, bound->value_min), bound->value_max);
     r->count++;
-    r->sum += value;
+    r->piece_sum += value;
     const int is_inside = value >= r->least - r->half && value <= r->largest + r->half;
     double distance;
     if (is_inside)
@@ -111,6 +111,7 @@ static int count_piece(cvol_context *context, void *user, const size_t begin[3],
     const int has_fills = mask && cvol_mask_get(r->fills, mask, begin, end);
     const int is_exact = cvol_array_has_exact_background(r->array);
     const double background = cvol_array_background(r->array); /* may not fit into a float */
+    r->piece_sum = 0;
     for (size_t i = 0; i < count; i++) {
         const int is_filled = has_fills && r->fills[i];
         if (!is_filled)
@@ -118,6 +119,7 @@ static int count_piece(cvol_context *context, void *user, const size_t begin[3],
         else if (!cvol_mask_is_void(mask))
             count_sample(r, background, is_exact);
     }
+    r->sum += r->piece_sum;
     return CVOL_OK;
 }
 

@@ -7,7 +7,11 @@
  *     extremes      |min a - min a~| <= max |d_i|, the same for the largest: with i where a~ is
  *                   least, min a <= a_i <= min a~ + |d_i|, and with i where a is least, min a~ <=
  *                   a~_i <= min a + |d_i|
- * Extremes are those of samples in the stored type: clamped, and integers are rounded. */
+ * Extremes are those of samples in the stored type: clamped, and integers are rounded.
+ *
+ * The sum of (a - mean)^2 is one of positive terms, so that it does not cancel: that of each row,
+ * and, where a row of m samples joins n others, the square of the distance of their means times
+ * n m / (n + m) (Chan, Golub and LeVeque, The American Statistician 37, 1983, 2.1). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,11 +30,13 @@ typedef struct statistics {
     const cvol_array *array;
     cvol_region_shape shape;
     double centre[3], radius[3]; /* of the ellipsoid, in samples */
-    double shift;                /* a value near the mean, so that the variation does not cancel */
+    double shift;                /* the middle of the range */
     float *samples;              /* of a piece */
+    double row[CVOL_PIECE_X];
     uint8_t *fills;
     uint64_t count, exact;
-    double sum, squares; /* of samples less the shift */
+    double sum;       /* of samples less the shift */
+    double variation; /* sum of (a - mean)^2 */
     double least, largest;
 } statistics;
 
@@ -48,8 +54,24 @@ static double clamped_value(const cvol_array *array, double value)
     return fmin(fmax(value, bound->value_min), bound->value_max);
 }
 
-/* Adds the samples of a row that begins at (x, y, z); rows are summed apart, so that sums of many
- * samples stay exact. */
+/* Adds `count` samples, less the shift, of a row. */
+static void join_row(statistics *s, const double *values, size_t count)
+{
+    if (!count)
+        return;
+    const double n = (double)s->count, m = (double)count;
+    double sum = 0, variation = 0;
+    for (size_t i = 0; i < count; i++)
+        sum += values[i];
+    const double mean = sum / m, apart = n > 0 ? mean - s->sum / n : 0;
+    for (size_t i = 0; i < count; i++)
+        variation += (values[i] - mean) * (values[i] - mean);
+    s->variation += variation + apart * apart * (n * m / (n + m));
+    s->sum += sum;
+    s->count += count;
+}
+
+/* Adds the samples of a row that begins at (x, y, z). */
 static void add_row(statistics *s, const float *samples, const uint8_t *fills, const size_t at[3],
                     size_t count)
 {
@@ -60,7 +82,7 @@ static void add_row(statistics *s, const float *samples, const uint8_t *fills, c
     const double square = s->shape == CVOL_REGION_BOX
                               ? 0
                               : square_along(s, 1, at[1]) + square_along(s, 2, at[2]);
-    double sum = 0, squares = 0;
+    size_t values = 0;
     for (size_t i = 0; i < count; i++) {
         const int is_filled = fills && fills[i];
         if (is_filled && is_void)
@@ -68,16 +90,13 @@ static void add_row(statistics *s, const float *samples, const uint8_t *fills, c
         if (s->shape != CVOL_REGION_BOX && square + square_along(s, 0, at[0] + i) > surface)
             continue;
         const double value = is_filled ? background : clamped_value(s->array, (double)samples[i]);
-        const double stored = is_integer ? rint(value) : value, x = value - s->shift;
-        s->count++;
+        const double stored = is_integer ? rint(value) : value;
         s->exact += (uint64_t)(is_filled && is_exact);
-        sum += x;
-        squares += x * x;
+        s->row[values++] = value - s->shift;
         s->least = fmin(s->least, stored);
         s->largest = fmax(s->largest, stored);
     }
-    s->sum += sum;
-    s->squares += squares;
+    join_row(s, s->row, values);
 }
 
 static int add_piece(cvol_context *context, void *user, const size_t begin[3], const size_t end[3])
@@ -105,10 +124,9 @@ static void report(cvol_region_statistics *out, const statistics *s)
     cvol_array_sample_errors(&all, &each, s->array);
     const double error = coded > 0 ? fmin(all, all > 0 ? sqrt(coded) * each : 0) : 0;
     const double off = coded > 0 ? cvol_array_stored_error(s->array) : 0;
-    const double variation = fmax(0, s->squares - s->sum * s->sum / n);
     *out = (cvol_region_statistics){.samples = s->count,
                                     .mean = s->shift + s->sum / n,
-                                    .standard_deviation = sqrt(variation / n),
+                                    .standard_deviation = sqrt(s->variation / n),
                                     .least = s->least,
                                     .largest = s->largest,
                                     .mean_error = sqrt(coded) * error / n,
