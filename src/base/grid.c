@@ -128,6 +128,13 @@ int cvol_grid_check_within(cvol_context *context, const cvol_grid *grid, const c
     if (!(fabs(grid->value_scale) > 0))
         return cvol_fail(context, CVOL_ERROR_FORMAT,
                          "%s: value scale is 0, must be positive or negative", name);
+    if ((int)grid->space < CVOL_SPACE_UNKNOWN || (int)grid->space > CVOL_SPACE_RAS)
+        return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: space is %d, must be 0, 1 or 2", name,
+                         (int)grid->space);
+    if (!memchr(grid->unit, '\0', sizeof grid->unit))
+        return cvol_fail(context, CVOL_ERROR_FORMAT,
+                         "%s: unit '%.16s' has 16 bytes without an end, at most 15 are possible",
+                         name, grid->unit);
     return CVOL_OK;
 }
 

@@ -358,6 +358,15 @@ static void wrong_boxes_are_refused(void **state)
         if (!strstr(cvol_context_message(context), cases[i].sentence))
             fail_msg("%s", cvol_context_message(context));
     }
+    for (int side = 0; side < 2; side++) {
+        cvol_array *array;
+        cvol_file_report report;
+        cvol_file_part part = {.size = sizeof part};
+        *(side ? &part.end : &part.begin) = cases[0].begin;
+        assert_int_equal(cvol_array_read_part(context, &array, &report, path, &part),
+                         CVOL_ERROR_ARGUMENT);
+        assert_non_null(strstr(cvol_context_message(context), "a box needs begin and end"));
+    }
     free(path);
     support_folder_remove(folder);
 }

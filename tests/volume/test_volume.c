@@ -30,6 +30,16 @@ static void test_create(void **state)
     assert_int_equal(cvol_volume_create(context, &volume, &grid), CVOL_ERROR_ARGUMENT);
     assert_string_equal(cvol_context_message(context),
                         "volume: value scale is 0, must be positive or negative");
+    grid.value_scale = 1;
+    grid.space = (cvol_space)3;
+    assert_int_equal(cvol_volume_create(context, &volume, &grid), CVOL_ERROR_ARGUMENT);
+    assert_string_equal(cvol_context_message(context), "volume: space is 3, must be 0, 1 or 2");
+    grid.space = CVOL_SPACE_RAS;
+    memset(grid.unit, 'm', sizeof grid.unit);
+    assert_int_equal(cvol_volume_create(context, &volume, &grid), CVOL_ERROR_ARGUMENT);
+    assert_string_equal(cvol_context_message(context),
+                        "volume: unit 'mmmmmmmmmmmmmmmm' has 16 bytes without an end, at most 15 "
+                        "are possible");
     grid = cvol_grid_make(SIZE_MAX / 2, SIZE_MAX / 2, 9, CVOL_FLOAT64);
     assert_int_equal(cvol_volume_create(context, &volume, &grid), CVOL_ERROR_LIMIT);
 }

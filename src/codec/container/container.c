@@ -138,6 +138,10 @@ static int need(reading *r, cvol_section_kind kind)
 /* Checks that a box of samples is not empty and lies within the array. */
 static int check_box(const reading *r)
 {
+    if (!r->part.begin != !r->part.end)
+        return cvol_fail(r->context, CVOL_ERROR_ARGUMENT,
+                         "%s: a box needs begin and end, and has only its %s", r->name,
+                         r->part.begin ? "begin" : "end");
     for (int a = 0; r->part.begin && a < 3; a++) {
         const size_t begin = r->part.begin[a], end = r->part.end[a];
         const char *wrong = begin == end                   ? "is empty"
