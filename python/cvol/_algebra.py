@@ -232,7 +232,9 @@ class Algebra:
 
     def resample(self, factor: int, keep: Optional[Keep] = None) -> "Volume":
         """Twice (factor 2) or half (-2) as many samples along each axis."""
-        return self._make("array_resample", self, factor, _keep(keep))
+        if factor not in (2, -2):
+            raise ValueError(f"factor is {factor!r}, must be 2 or -2")
+        return self._make("array_resample", self, int(factor), _keep(keep))
 
     def truncate(self, keep: Keep) -> "Volume":
         """The volume with fewer terms."""

@@ -100,7 +100,8 @@ _ARGUMENTS = {
 
 def _in_python(message: str) -> str:
     for option, argument in _ARGUMENTS.items():  # whole words: not parts of a path
-        message = re.sub(rf"(?<!\S){re.escape(option)}(?=[\s;:,]|$)", argument, message)
+        value = r"(?: (?=-?\d|u?int\d|float\d))?" if argument.endswith("=") else ""
+        message = re.sub(rf"(?<!\S){re.escape(option)}(?=[\s;:,]|$){value}", argument, message)
     return message
 
 
@@ -189,11 +190,15 @@ class Call:
             return 1
         if not self._user:
             return 0
+        now = _settings.get()  # calls by the function itself do not report to it
+        token = _settings.set(_Settings(now.threads, None, now.limit, now.external))
         try:
             return int(bool(self._user(what.decode(errors="replace"), fraction)))
         except BaseException as error:  # pylint: disable=broad-except
             self._failure = error
             return 1
+        finally:
+            _settings.reset(token)
 
     def __enter__(self) -> "Call":
         if threading.current_thread() is threading.main_thread():

@@ -213,6 +213,8 @@ def compress(
         raise TypeError(f"{array!r} is a name, not an array: read the file with samples, geometry = cvol.read(name)")
     if not 1 <= np.ndim(array) <= 4:
         raise ValueError(f"the array has {np.ndim(array)} axes, must have 1 to 4")
+    if keep is not None and not isinstance(keep, Keep):
+        raise TypeError(f"keep is {keep!r}, must be a cvol.Keep or None")
     if np.ndim(array) == 4:
         settings = dict(psnr=psnr, max_error=max_error, bits=bits, lossless=lossless, labels=labels, keep=keep,
                         spacing=spacing, geometry=geometry, transform=transform, block=block, fill=fill,

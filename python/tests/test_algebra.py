@@ -168,6 +168,13 @@ def test_refusals(pair, volume):
         va + volume
     with pytest.raises(TypeError, match="Keep"):
         va.truncate(3)
+    with pytest.raises(TypeError, match="keep is 'all', must be a cvol.Keep"):
+        cvol.compress(a, keep="all")
+    for factor in (1.5, 3, "2"):
+        with pytest.raises(ValueError, match="must be 2 or -2"):
+            va.resample(factor)
+    with pytest.raises(cvol.DataError, match="dtype=u?int|dtype=float"):
+        (va * va).astype(np.uint8)
 
 
 def test_regions_of_clamped_samples():

@@ -369,6 +369,21 @@ def test_ctrl_c_in_nested_calls(array):
     cvol.compress(array, effort="fast")  # no flag remains
 
 
+def test_progress_function_may_compress(array):
+    """Calls of the function itself do not report to it: it would call itself without end."""
+    calls = []
+
+    def compress_again(what, share):
+        calls.append(what)
+        if len(calls) > 1000:
+            raise AssertionError("the function calls itself")
+        if len(calls) < 3:
+            assert cvol.compress(array[:8], effort="fast").shape == array[:8].shape
+
+    cvol.compress(array, effort="fast", progress=compress_again)
+    assert 3 <= len(calls) <= 1000
+
+
 def test_threads(path):
     """Several threads slice while one closes the volume."""
     v = cvol.open(path)
