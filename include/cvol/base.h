@@ -155,8 +155,9 @@ typedef struct cvol_grid {
 /* A grid of this shape and type with spacing 1, origin 0, axis-aligned, scale 1. */
 CVOL_API cvol_grid cvol_grid_make(size_t nx, size_t ny, size_t nz, cvol_type type);
 /* Checks a grid: dims > 0, a valid type, positive finite spacing, finite numbers, a value scale
- * other than 0, a space of cvol_space, a unit that ends; the product of dims and the bytes fit into size_t and the limit of the context.
- * `name`, for example the name of a file, begins the message. Errors: ARGUMENT, LIMIT. */
+ * other than 0, a space of cvol_space, a unit that ends; the product of dims and the bytes fit into
+ * size_t and the limit of the context. `name`, for example the name of a file, begins the message.
+ * Errors: ARGUMENT, LIMIT. */
 CVOL_API int cvol_grid_check(cvol_context *context, const cvol_grid *grid, const char *name);
 /* The grid of the box of samples [begin, end), which must lie within `grid`. Sample `begin` becomes
  * its first one; positions in the world stay the same. */

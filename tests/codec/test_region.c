@@ -350,9 +350,7 @@ static void test_small_deviation(void **state)
     cvol_volume volume = support_volume(NX, NY, NZ, CVOL_FLOAT32);
     float *x = volume.data;
     for (size_t i = 0; i < COUNT; i++)
-        x[i] = i % NX < 20   ? 0
-               : i % NX < 30 ? 1e6F
-                             : 1e6F + 0.0625F * (float)random_below(&r, 3);
+        x[i] = i % NX < 20 ? 0 : i % NX < 30 ? 1e6F : 1e6F + 0.0625F * (float)random_below(&r, 3);
     cvol_compress_options options = cvol_compress_options_defaults();
     options.lossless = 1;
     cvol_array *array;
@@ -500,6 +498,7 @@ int main(void)
                                        TEST(test_spots),
                                        TEST(test_wrong_regions),
                                        TEST(test_exact_statistics),
-                                       TEST(test_small_deviation),      TEST(test_constant_floats)};
+                                       TEST(test_small_deviation),
+                                       TEST(test_constant_floats)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -58,16 +58,15 @@ static int ignore_warning(TIFF *tiff, void *user, const char *module, const char
 
 static int fail_damaged(cvol_context *context, const cvol_tiff_file *file, const char *what)
 {
-    const char *detail = file->message[0]                      ? file->message
+    const char *detail = file->message[0]                     ? file->message
                          : file->lacks_bytes && !file->reason ? "the file ends within it"
-                                                               : "";
+                                                              : "";
     return cvol_fail(context,
                      !file->reason            ? CVOL_ERROR_FORMAT
                      : file->reason == ENOMEM ? CVOL_ERROR_MEMORY
                                               : CVOL_ERROR_IO,
                      "%s: %s cannot be read%s%s%s%s", file->path, what, detail[0] ? ": " : "",
-                     detail, file->reason ? ": " : "",
-                     file->reason ? strerror(file->reason) : "");
+                     detail, file->reason ? ": " : "", file->reason ? strerror(file->reason) : "");
 }
 
 /* Before calls of libtiff, so that keep_tiff_error finds the errno of these calls. */
@@ -168,9 +167,8 @@ int cvol_tiff_next(cvol_context *context, cvol_tiff_file *file, int *more)
 {
     forget_error(file);
     *more = TIFFReadDirectory(file->tiff);
-    return file->lacks_bytes || (!*more && file->message[0])
-               ? fail_damaged(context, file, "a page")
-               : CVOL_OK;
+    return file->lacks_bytes || (!*more && file->message[0]) ? fail_damaged(context, file, "a page")
+                                                             : CVOL_OK;
 }
 
 int cvol_tiff_description(cvol_context *context, cvol_tiff_file *file, char **out)
