@@ -22,24 +22,6 @@
 
 enum { LENGTH_MAX = 4, SAMPLES_MAX = 12000, STORY = 800 };
 
-typedef struct operand {
-    cvol_array *array;
-    double *exact;
-    support_shape shape;
-    size_t count;
-    double rounding; /* the rounding error of `exact` in double precision */
-    int is_measured;
-} operand;
-
-typedef struct chain {
-    cvol_context *context;
-    random_state random;
-    uint64_t seed;
-    double magnitude; /* 10^x of the chain's samples */
-    char story[STORY];
-    int refused;
-} chain;
-
 /* The last operation of an array. */
 typedef enum operation {
     ADD,
@@ -53,15 +35,35 @@ typedef enum operation {
     RESAMPLE,
     CONVOLVE,
     SHIFT,
-    OPERATIONS, /* the next two begin a chain */
+    OPERATIONS, /* the next ones begin a chain */
     COMPRESS = OPERATIONS,
     MEASURE,
+    CODE,
+    TRANSCODE,
     ORIGINS
 } operation;
 
+typedef struct operand {
+    cvol_array *array;
+    double *exact;
+    support_shape shape;
+    size_t count;
+    double rounding; /* the rounding error of `exact` in double precision */
+    operation origin;
+} operand;
+
+typedef struct chain {
+    cvol_context *context;
+    random_state random;
+    uint64_t seed;
+    double magnitude; /* 10^x of the chain's samples */
+    char story[STORY];
+    int refused;
+} chain;
+
 static const char *const names[ORIGINS] = {
-    "add",      "scale",    "negate",   "one_minus", "truncate", "multiply", "filter",
-    "gradient", "resample", "convolve", "shift",     "compress", "measure"};
+    "add",      "scale",    "negate", "one_minus", "truncate", "multiply", "filter",   "gradient",
+    "resample", "convolve", "shift",  "compress",  "measure",  "code",     "transcode"};
 
 /* Ratios of bounds to errors. */
 typedef struct ratio_list {
@@ -118,9 +120,10 @@ static support_shape choose_shape(chain *c)
 {
     static const int blocks[] = {0, 0, 0, 8, 16, 32};
     support_shape s = {.dims = {1, 1, 1}};
-    s.rank = below(c, 2) ? 1 : 1 + below(c, 3);
-    s.block = blocks[below(c, 6)];
-    s.transform = (cvol_transform)(CVOL_DCT + below(c, 3));
+    const int is_for_codec = below(c, 12) == 0;
+    s.rank = is_for_codec ? 3 : below(c, 2) ? 1 : 1 + below(c, 3);
+    s.block = blocks[is_for_codec ? 3 + below(c, 3) : below(c, 6)];
+    s.transform = is_for_codec ? CVOL_DCT : (cvol_transform)(CVOL_DCT + below(c, 3));
     int left = s.rank == 1 ? 4000 : SAMPLES_MAX / 4;
     for (int a = 0; a < s.rank; a++) {
         s.dims[a] = choose_length(c, left < 4000 ? left : 4000);
@@ -177,11 +180,52 @@ static cvol_keep choose_keep(chain *c, const support_shape *s, size_t count)
     }
 }
 
+static double peak_of(const operand *s)
+{
+    double most = 0;
+    for (size_t i = 0; i < s->count; i++)
+        most = fmax(most, fabs(s->exact[i]));
+    return most;
+}
+
 static void drop(operand *s)
 {
     cvol_array_free(s->array);
     free(s->exact);
     *s = (operand){0};
+}
+
+/* An array by the codec, with a random target; some are transcoded then. NULL: it was refused. */
+static cvol_array *code_samples(chain *c, operation *origin, const void *stored,
+                                const cvol_grid *grid, const support_shape *shape, double peak)
+{
+    cvol_compress_options o = cvol_compress_options_defaults();
+    cvol_array *array, *coarser;
+    o.block = shape->block;
+    o.target = (cvol_target)(CVOL_TARGET_RATIO + below(c, 3));
+    o.target_value = o.target == CVOL_TARGET_RATIO  ? uniform(c, 1.2, 40)
+                     : o.target == CVOL_TARGET_PSNR ? uniform(c, 5, 90)
+                                                    : peak * pow(10, uniform(c, -4, 0));
+    o.lossless = below(c, 6) == 0;
+    o.lapped = below(c, 2);
+    if (below(c, 2) && !o.lossless && o.target != CVOL_TARGET_MAX_ERROR)
+        o.background = CVOL_BACKGROUND_FIND;
+    LOG(c, " [target %d %g lossless %d lapped %d background %d]", (int)o.target, o.target_value,
+        o.lossless, o.lapped, (int)o.background);
+    *origin = CODE;
+    if (cvol_compress(c->context, &array, NULL, stored, grid, &o))
+        return NULL;
+    if (below(c, 2))
+        return array;
+    o = cvol_compress_options_defaults();
+    o.target = below(c, 2) ? CVOL_TARGET_RATIO : CVOL_TARGET_PSNR;
+    o.target_value = o.target == CVOL_TARGET_RATIO ? uniform(c, 1.2, 40) : uniform(c, 1, 60);
+    if (cvol_array_transcode(c->context, &coarser, NULL, array, &o))
+        return array;
+    LOG(c, " transcode %d %g", (int)o.target, o.target_value);
+    cvol_array_free(array);
+    *origin = TRANSCODE;
+    return coarser;
 }
 
 /* Samples of this shape, stored as some type; the stored ones are the exact ones. */
@@ -205,6 +249,11 @@ static operand make_operand(chain *c, const support_shape *shape)
                 -32768, fmin(32767, rint(out.exact[i] / c->magnitude * 100)));
             out.exact[i] = ((int16_t *)stored)[i];
         }
+    out.origin = COMPRESS;
+    if (shape->rank == 3 && shape->block && shape->transform == CVOL_DCT && below(c, 4))
+        out.array = code_samples(c, &out.origin, stored, &grid, shape, peak_of(&out));
+    if (!out.array)
+        out.origin = COMPRESS;
     for (int attempt = 0; attempt < 2 && !out.array; attempt++) {
         const cvol_keep keep = attempt ? cvol_keep_all() : choose_keep(c, shape, out.count);
         const int code = cvol_array_compress(c->context, &out.array, stored, &grid, shape->rank,
@@ -213,26 +262,14 @@ static operand make_operand(chain *c, const support_shape *shape)
             LOG(c, " [%s keep %d %g]", cvol_type_name(type), (int)keep.rule, keep.value);
         c->refused = code != CVOL_OK;
     }
-    out.is_measured = out.array && below(c, 2) &&
-                      !cvol_array_measure(c->context, out.array, stored);
-    LOG(c, "%s", out.is_measured ? " measured" : "");
+    if (out.array && out.origin == COMPRESS && below(c, 2) &&
+        !cvol_array_measure(c->context, out.array, stored))
+        out.origin = MEASURE;
+    LOG(c, "%s", out.origin == MEASURE ? " measured" : "");
     free(stored);
     if (!out.array)
         drop(&out);
     return out;
-}
-
-static operation origin_of(const operand *s)
-{
-    return s->is_measured ? MEASURE : COMPRESS;
-}
-
-static double peak_of(const operand *s)
-{
-    double most = 0;
-    for (size_t i = 0; i < s->count; i++)
-        most = fmax(most, fabs(s->exact[i]));
-    return most;
 }
 
 /* ---- measuring ----------------------------------------------------------------------------- */
@@ -401,7 +438,7 @@ static int apply(chain *c, operand *s, operation op)
         other = make_operand(c, &s->shape);
         if (!other.array)
             return 0;
-        measure(c, &other, origin_of(&other));
+        measure(c, &other, other.origin);
     }
     /* Gains of errors, of the largest intermediate number, and of the other operand's error. */
     const double peak = peak_of(s), most = other.array ? peak_of(&other) : 0;
@@ -517,7 +554,7 @@ static void run_chain(uint64_t seed, cvol_context *context)
         refusals++;
         return;
     }
-    measure(&c, &s, origin_of(&s));
+    measure(&c, &s, s.origin);
     const int length = below(&c, LENGTH_MAX + 1);
     for (int link = 0; link < length; link++) {
         operation op;

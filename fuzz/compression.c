@@ -52,12 +52,13 @@ static void violate(const trial *t, const char *what, double found, double wante
     violations++;
     printf("seed %llu: %s: %.17g, %.17g wanted; %zux%zux%zu %s, transform %d block %d target %d %g "
            "least_psnr %g max_error %g lossless %d fill %d %g background %d %g lapped %d effort %d "
-           "no_histogram %d brick %d,%d,%d\n",
+           "no_histogram %d brick %d,%d,%d range %d %g %g\n",
            (unsigned long long)t->seed, what, found, wanted, t->grid.dims[0], t->grid.dims[1],
            t->grid.dims[2], cvol_type_name(t->grid.type), (int)o->transform, o->block,
            (int)o->target, o->target_value, o->least_psnr, o->max_error, o->lossless, o->has_fill,
            o->fill, (int)o->background, o->background_value, o->lapped, (int)o->effort,
-           o->no_histogram, o->brick[0], o->brick[1], o->brick[2]);
+           o->no_histogram, o->brick[0], o->brick[1], o->brick[2], o->has_range, o->least,
+           o->largest);
 }
 
 /* ---- volumes ------------------------------------------------------------------------------- */
@@ -189,6 +190,13 @@ static void choose_options(trial *t)
         o->brick[a] = sides[below(t, 4)];
     if (below(t, 4) == 0)
         spoil(t);
+    /* Apart, so that seeds of findings keep their meaning. */
+    random_state random = {~t->seed};
+    if (random_below(&random, 6) == 0) {
+        o->has_range = 1;
+        o->least = sample_at(t) - (double)random_below(&random, 3) * fabs(sample_at(t));
+        o->largest = sample_at(t) + (double)random_below(&random, 3) * fabs(sample_at(t));
+    }
 }
 
 /* ---- checks -------------------------------------------------------------------------------- */
@@ -246,7 +254,7 @@ static void check_samples(trial *t, const decoded *d, const cvol_compress_report
         point = fmax(point, fabs(before - (double)d->real[i]));
         peak = fmax(peak, fabs((double)d->real[i]));
     }
-    const double span = largest - least,
+    const double span = o->has_range ? info.value_max - info.value_min : largest - least,
                  psnr = 10 * log10(span * span * (double)with_value / squares);
     /* Effort fast measures on terms; the sums of others are in another order. */
     const double slack = o->effort == CVOL_EFFORT_FAST ? 0.02 : 1e-6;
@@ -274,6 +282,15 @@ static void check_samples(trial *t, const decoded *d, const cvol_compress_report
         violate(t, "the largest error before rounding, and its bound", point, info.point_error);
     if (peak > info.max_abs * (1 + 1e-7))
         violate(t, "the largest magnitude, and its bound", peak, info.max_abs);
+    if (with_value && least < info.value_min)
+        violate(t, "the least value, and its bound", least, info.value_min);
+    if (with_value && largest > info.value_max)
+        violate(t, "the largest value, and its bound", largest, info.value_max);
+    double lowest, highest;
+    cvol_type_get_range(&lowest, &highest, t->grid.type);
+    if (o->has_range && with_value &&
+        (info.value_min > fmax(o->least, lowest) || info.value_max < fmin(o->largest, highest)))
+        violate(t, "the range of the original samples", info.value_min, o->least);
 }
 
 /* A file has the announced size, and its samples the same bits. */

@@ -67,6 +67,10 @@ typedef struct cvol_compress_options {
                      and more that are made to a ratio or to bits per sample, so that slices read
                      faster (doc/format.md, section 6); transcoding: as in the array. Smaller bricks
                      take more bits */
+    int has_range; /* 1: the samples differ from original ones, which lie in least .. largest. The
+                      array states and keeps this range, widened by that of the samples. Bounds of
+                      products then hold for the original samples. Not used by transcoding */
+    double least, largest;
 } cvol_compress_options;
 
 /* Sets *options, which has `size` bytes, to the defaults. */

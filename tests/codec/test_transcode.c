@@ -5,6 +5,7 @@
 #include "base/context.h"
 #include "codec/container/array_file.h"
 #include "codec/quantize/coding.h"
+#include "cvol/algebra.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
@@ -310,6 +311,49 @@ static void residuals_are_decoded(void **state)
     free(out);
 }
 
+/* The range that the result states is that of the original samples, although decoded ones are
+ * compressed: bounds of products depend on it. */
+static void residuals_keep_the_range(void **state)
+{
+    (void)state;
+    const size_t zero[3] = {0, 0, 0};
+    random_state r = {6};
+    for (int i = 0; i < 24; i++) {
+        const cvol_grid grid = cvol_grid_make(10 + (size_t)i, 20, 7,
+                                              i % 2 ? CVOL_FLOAT32 : CVOL_INT16);
+        const size_t count = cvol_grid_samples(&grid);
+        float *reals = malloc(count * sizeof *reals), *out = malloc(count * sizeof *out);
+        int16_t *integers = malloc(count * sizeof *integers);
+        assert_true(reals && out && integers);
+        for (size_t k = 0; k < count; k++) { /* every third: a few samples far from the others */
+            integers[k] = (int16_t)(i % 3 ? rint(4 * random_signed(&r)) : 9 * (k % 97 == 5));
+            reals[k] = integers[k];
+        }
+        const void *samples = i % 2 ? (const void *)reals : (const void *)integers;
+        cvol_array *from, *array, *product;
+        cvol_compress_options options = options_of(CVOL_TARGET_MAX_ERROR, 1 + i % 6);
+        check_ok(cvol_compress(context, &from, NULL, samples, &grid, &options));
+        options = options_of(CVOL_TARGET_RATIO, 1.5 + i);
+        check_ok(cvol_array_transcode(context, &array, NULL, from, &options));
+        check_ok(cvol_array_multiply(context, &product, array, array, NULL, 0, NULL));
+        check_ok(cvol_array_evaluate_real(context, out, product, zero, grid.dims));
+        for (size_t k = 0; k < count; k++) {
+            assert_true((double)reals[k] >= array->error_bound.value_min);
+            assert_true((double)reals[k] <= array->error_bound.value_max);
+            const double off = fabs((double)out[k] - (double)(reals[k] * reals[k]));
+            if (off > cvol_error_bound_point(&product->error_bound))
+                fail_msg("%d: a product is off by %g, more than %g", i, off,
+                         cvol_error_bound_point(&product->error_bound));
+        }
+        cvol_array_free(from);
+        cvol_array_free(array);
+        cvol_array_free(product);
+        free(reals);
+        free(out);
+        free(integers);
+    }
+}
+
 /* The PSNR that the result states, and a target, hold against the original samples; a ratio holds
  * for the file, with its attributes. */
 static void residuals_count(void **state)
@@ -502,6 +546,7 @@ int main(void)
         cmocka_unit_test(masks_are_kept),
         cmocka_unit_test(all_fills_of_a_lossless_array_are_kept),
         cmocka_unit_test(residuals_are_decoded),
+        cmocka_unit_test(residuals_keep_the_range),
         cmocka_unit_test(residuals_count),
         cmocka_unit_test(small_files_keep_ratio),
         cmocka_unit_test(histograms_can_be_left_out),

@@ -19,6 +19,7 @@
 #include "codec/quantize/true_length.h"
 #include "codec/rate/background.h"
 #include "codec/rate/brick_choice.h"
+#include "codec/rate/compress_options.h"
 #include "codec/rate/measure.h"
 #include "transform/lap.h"
 
@@ -104,8 +105,10 @@ static int make_shape(cvol_context *context, cvol_attempt *attempt, const cvol_g
 }
 
 /* The range of the samples determines the offset. */
-static int take_range(cvol_context *context, cvol_array *shape, double least, double most)
+static int take_range(cvol_context *context, cvol_array *shape, double least, double most,
+                      const cvol_compress_options *options)
 {
+    cvol_compress_options_widen(&least, &most, shape->grid.type, options);
     shape->error_bound.value_min = least;
     shape->error_bound.value_max = most;
     shape->offset = least;
@@ -145,7 +148,7 @@ int cvol_attempt_start(cvol_context *context, cvol_attempt *attempt, const void 
     if (!code)
         code = cvol_scan_samples(context, &least, &most, samples, grid);
     if (!code)
-        code = take_range(context, attempt->shape, least, most);
+        code = take_range(context, attempt->shape, least, most, options);
     return code ? code : summarise(context, attempt, options);
 }
 
@@ -183,7 +186,7 @@ static int start_masked(cvol_context *context, cvol_attempt *attempt, const void
     const cvol_error_bound *error_bound = &attempt->shape->error_bound;
     if (!code)
         code = take_range(context, attempt->shape, fmin(error_bound->value_min, value),
-                          fmax(error_bound->value_max, value));
+                          fmax(error_bound->value_max, value), options);
     if (!code)
         code = measure_mask(context, attempt);
     if (code || options->background == CVOL_BACKGROUND_VALUE ||
@@ -276,7 +279,7 @@ int cvol_attempt_start_source(cvol_context *context, cvol_attempt *attempt,
     if (!code && attempt->tally)
         code = cvol_tally_share(context, attempt->tally, source->team);
     if (!code)
-        code = take_range(context, attempt->shape, least, most);
+        code = take_range(context, attempt->shape, least, most, options);
     if (!code && !attempt->tally)
         code = cvol_array_set_summary(context, attempt->shape,
                                       &(cvol_summary){.state = CVOL_SUMMARY_LEFT_OUT});

@@ -23,8 +23,8 @@ static double span_of(const cvol_array *array)
     return array->error_bound.value_max - array->error_bound.value_min;
 }
 
-/* A PSNR of the decoded samples that leaves room for the source's own error. Their range is not
- * wider than that of the original ones. */
+/* A PSNR of the decoded samples that leaves room for the source's own error; both over the range of
+ * the original samples. */
 static int choose_psnr(cvol_context *context, cvol_compress_options *how, const cvol_array *array)
 {
     const double span = span_of(array), own = rms_of(span, array->psnr_db);
@@ -85,6 +85,9 @@ int cvol_transcode_decoded(cvol_context *context, cvol_array **out, cvol_compres
     how.target = target;
     how.target_value = value;
     how.least_psnr = 0;
+    how.has_range = 1;
+    how.least = array->error_bound.value_min;
+    how.largest = array->error_bound.value_max;
     how.has_fill = fills != NULL; /* one finite value at most; all NaN and infinite ones */
     for (int i = 0; fills && i < fills->count; i++) {
         const double fill = cvol_fills_value(fills, i, array->grid.type);
