@@ -5,8 +5,10 @@
 #include <math.h>
 
 #include "cvol/look.h"
+#include "render/light/exposure.h"
 #include "render/light/reach.h"
 #include "render/light/sweep.h"
+#include "render/view/camera.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_render.h"
@@ -269,12 +271,47 @@ static void test_refusals(void **state)
     free(volume.data);
 }
 
+/* A row of cells side by side, of which more and more are bright: the exposure has no steps, which
+ * would be a flicker while a volume turns. */
+static void test_exposure_without_steps(void **state)
+{
+    (void)state;
+    enum { CELLS = 200 };
+    const cvol_grid grid = {.dims = {2 * CELLS, 2, 2}, .spacing = {1, 1, 1}};
+    cvol_coarse coarse = {.dims = {CELLS, 1, 1}, .pitch = {2, 2, 2}, .length = {2, 2, 2}};
+    float extinction[CELLS], factors[CELLS], values[CELLS] = {0};
+    cvol_render_options options = cvol_render_options_defaults();
+    cvol_view view;
+    double exposure[CELLS + 1];
+    cvol_render_options_set_studio(&options);
+    options.mode = CVOL_MODE_ISO;
+    for (int a = 0; a < 3; a++)
+        options.surface.colour[a] = 1, options.shading.light[a] = 0;
+    assert_int_equal(cvol_view_make(context, &view, &grid, &options), CVOL_OK);
+    coarse.values = values;
+    for (int bright = 0; bright <= CELLS; bright++) {
+        for (int i = 0; i < CELLS; i++) {
+            extinction[i] = 1;
+            factors[i] = (float)(0.5 + 0.5 * fmin(fmax((bright - i) / 40.0, 0), 1));
+        }
+        assert_int_equal(cvol_exposure_find(context, &exposure[bright],
+                                            &(cvol_lit_cells){&coarse, extinction, factors}, &grid,
+                                            NULL, &view, &options),
+                         CVOL_OK);
+        if (bright)
+            assert_true(fabs(exposure[bright] / exposure[bright - 1] - 1) < 0.03);
+    }
+    assert_true(exposure[CELLS / 2] < 0.8 * exposure[0]);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
-        TEST(test_plate),      TEST(test_oblique), TEST(test_engines),  TEST(test_kinds),
-        TEST(test_brightness), TEST(test_in_view), TEST(test_refusals),
+        TEST(test_plate),      TEST(test_oblique),
+        TEST(test_engines),    TEST(test_kinds),
+        TEST(test_brightness), TEST(test_in_view),
+        TEST(test_refusals),   TEST(test_exposure_without_steps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

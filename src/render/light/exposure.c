@@ -14,8 +14,12 @@
 
 #define DIMMER 0.9
 #define BURNT 0.01
-#define MUCH_BURNT 0.15
 #define DIMMEST 0.75
+/* Shares of what is seen that would be white: the exposure goes down to DIMMER times the ratio up
+ * to the first, to DIMMEST from the second on, and falls in proportion between them: a step would
+ * be a flicker while a volume turns. */
+#define WHITE_FEW 0.1
+#define WHITE_MANY 0.2
 /* Levels of brightness that are counted, up to the last. */
 #define LEVELS 256
 #define LEVEL_MOST 4.0
@@ -114,14 +118,38 @@ static void add_brightness(void *user, const float *depths, size_t first, size_t
     }
 }
 
+/* The share of what is seen that is white at an exposure. Levels count in part: see WHITE_FEW. */
+static double white_share(const double seen[LEVELS], double all, double exposure)
+{
+    const double from = LEVELS / (LEVEL_MOST * exposure); /* the lowest white level */
+    double white = 0;
+    for (int k = LEVELS - 1; k >= 0 && k + 1 > from; k--)
+        white += seen[k] * fmin(k + 1 - from, 1);
+    return all > 0 ? white / all : 0;
+}
+
+/* The largest exposure at which all but BURNT of what is seen stays below white. */
+static double unburnt_exposure(const double seen[LEVELS], double all)
+{
+    double left = BURNT * all, level = LEVELS;
+    for (int k = LEVELS - 1; k > 0; k--) {
+        if (seen[k] > left) {
+            level = k + 1 - left / seen[k];
+            break;
+        }
+        left -= seen[k];
+        level = k;
+    }
+    return LEVELS / (level * LEVEL_MOST);
+}
+
 /* The ratio of both sums, or down to DIMMER of it so that all but BURNT of what is seen stays below
  * white; down to DIMMEST if much would be white even so, as on white objects, and with light that
  * is scattered once, whose contrast is larger. */
 static double choose_exposure(const brightness_job *job, size_t count)
 {
     const size_t width = job->cells->coarse->dims[0];
-    double unlit = 0, lit = 0, all = 0, above = 0, seen[LEVELS] = {0};
-    int level = LEVELS;
+    double unlit = 0, lit = 0, all = 0, seen[LEVELS] = {0};
     for (size_t row = 0; row < count; row += width)
         for (size_t k = first_of_row(job, row, 1); k < width; k += job->step) {
             const struct cell *cell = &job->cells_seen[row + k];
@@ -135,14 +163,11 @@ static double choose_exposure(const brightness_job *job, size_t count)
         }
     if (!(lit > 0))
         return 1;
-    while (level > 1 && above + seen[level - 1] <= BURNT * all)
-        above += seen[--level];
-    const double wanted = unlit / lit, white = LEVELS / (level * LEVEL_MOST);
-    above = 0; /* what is white at DIMMER */
-    for (int k = LEVELS - 1; k > 0 && k * LEVEL_MOST * DIMMER * wanted >= LEVELS; k--)
-        above += seen[k];
-    const int may_dim = above > MUCH_BURNT * all || job->options->illumination.samples;
-    const double least = may_dim ? DIMMEST : DIMMER;
+    const double wanted = unlit / lit, white = unburnt_exposure(seen, all);
+    const double many = (white_share(seen, all, DIMMER * wanted) - WHITE_FEW) /
+                        (WHITE_MANY - WHITE_FEW);
+    const double share = job->options->illumination.samples ? 1 : fmin(fmax(many, 0), 1);
+    const double least = DIMMER + share * (DIMMEST - DIMMER);
     return fmin(fmax(fmax(fmin(wanted, white), least * wanted), EXPOSURE_MIN), EXPOSURE_MAX);
 }
 
