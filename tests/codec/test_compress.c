@@ -418,6 +418,29 @@ static void nonfinite_samples_are_reported(void **state)
     }
 }
 
+/* Not those that replace the background next to an infinite sample. */
+static void nonfinite_samples_beside_a_background_are_reported(void **state)
+{
+    (void)state;
+    enum { SIDE = 48 };
+    const cvol_grid grid = cvol_grid_make(SIDE, SIDE, SIDE, CVOL_FLOAT32);
+    float *samples = calloc((size_t)SIDE * SIDE * SIDE, sizeof *samples);
+    cvol_array *array;
+    for (int i = 0; i < SIDE * SIDE * SIDE; i++) {
+        const double x = i % SIDE - 24, y = i / SIDE % SIDE - 24, z = i / SIDE / SIDE - 24.0;
+        samples[i] = x * x + y * y + z * z < 400 ? (float)(100 + x + sin(y)) : 0;
+    }
+    samples[3 + SIDE * (3 + SIDE * 3)] = INFINITY;
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.background = CVOL_BACKGROUND_FIND;
+    assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options),
+                     CVOL_ERROR_DATA);
+    assert_string_equal(cvol_context_message(context),
+                        "1 sample is NaN or infinite, the first at (x, y, z) = (3, 3, 3) (index "
+                        "7059); --fill VALUE replaces them");
+    free(samples);
+}
+
 /* ---- determinism and progress ----------------------------------------------------------- */
 
 static void bytes_do_not_depend_on_threads(void **state)
@@ -497,6 +520,7 @@ int main(void)
         cmocka_unit_test(options_are_checked),
         cmocka_unit_test(combinations_are_checked),
         cmocka_unit_test(nonfinite_samples_are_reported),
+        cmocka_unit_test(nonfinite_samples_beside_a_background_are_reported),
         cmocka_unit_test(bytes_do_not_depend_on_threads),
         cmocka_unit_test(compressing_can_be_cancelled),
     };

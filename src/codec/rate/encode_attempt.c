@@ -201,12 +201,15 @@ int cvol_attempt_start_with_background(cvol_context *context, cvol_attempt *atte
                                        const cvol_compress_options *options)
 {
     cvol_fills fills;
-    double least_step;
+    double least_step, least, most;
     cvol_mask *mask = NULL;
     void *filled = NULL;
     int code = cvol_grid_check(context, grid, "array");
     if (!code)
         code = cvol_background_fills(context, &fills, &least_step, samples, grid, options);
+    /* The samples that replace the background would be infinite too, and count. */
+    if (!code && fills.count && !cvol_type_is_integer(grid->type))
+        code = cvol_scan_samples(context, &least, &most, samples, grid);
     if (!code && fills.count)
         code = cvol_mask_make(context, &mask, &filled, samples, grid, &fills);
     if (code || !mask)
