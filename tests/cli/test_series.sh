@@ -71,7 +71,7 @@ cp "$out" alone.json
 expect_done cvol stats run.cvol --time 3 --json
 expect_same_file "$out" alone.json
 expect_done cvol add run.cvol alone.cvol -o zero.cvol --time 3 --beta -1
-expect_failure 2 'hold one volume each: leave out --time' cvol add alone.cvol alone.cvol -o x.cvol --time 3
+expect_failure 2 'hold one time each: leave out --time' cvol add alone.cvol alone.cvol -o x.cvol --time 3
 for options in '' '--mode mip' '--engine ray'; do
     expect_done cvol render alone.cvol -o alone.png --size 40 $options
     expect_done cvol render run.cvol --time 3 -o three.png --size 40 $options
@@ -138,6 +138,22 @@ END
             expect_equal "$(value_of max_abs_error)" 0.0
         done
     done
+    # Of two operands, each that has several volumes is read at the chosen time, whatever its format.
+    raw_three='--dims 8x7x6 --spacing 2,2,3'
+    expect_done cvol compress four.nii -o four.cvol --lossless
+    expect_done cvol decompress four.cvol three.raw --time 3
+    for pair in 'four.nii four.cvol' 'four.cvol four.nii' 'four.nii four.nii' 'three.raw four.nii' 'four.cvol three.raw'; do
+        raw_options=
+        [ "$pair" = "${pair#*raw}" ] || raw_options="$raw_three --raw-type int16"
+        expect_status 0 cvol stats $pair --time 3 --json $raw_options
+        a_mean=$(value_of a.mean)
+        expect_near "$(value_of b.mean)" "$a_mean" 9
+        [ -z "$raw_options" ] || raw_options='--dims 8x7x6 --type int16'
+        expect_done cvol compare $pair --time 3 --json $raw_options
+        expect_equal "$(value_of max_abs_error)" 0.0
+    done
+    expect_failure 2 'four.nii and four.cvol hold one channel each: leave out --channel' \
+        cvol add four.nii four.cvol -o x.cvol --time 1 --channel 1
     expect_done cvol compress four.nii three.cvol --time 3 --lossless
     expect_done cvol transcode four.cvol copy.cvol --time 3
     expect_done cvol decompress three.cvol a.raw

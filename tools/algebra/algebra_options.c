@@ -48,10 +48,10 @@ const cvol_keep *chosen_keep(algebra_arguments *arguments, const cvol_array *sha
 /* ---- operands ---------------------------------------------------------------------------------
  */
 
-/* Opens a file as it is. `others`: there is another operand, which may need the raw options; a file
- * with a header then ignores them. */
+/* Opens a file as it is. `chosen`: its volume, if there is another operand, which may need the raw
+ * options; a file with a header then ignores them. */
 static int open_one(cvol_context *context, input *in, const char *path, common_options *common,
-                    int others)
+                    const cvol_read_options *chosen)
 {
     common_options plain = *common;
     int has_header;
@@ -64,15 +64,15 @@ static int open_one(cvol_context *context, input *in, const char *path, common_o
     int type;
     if (raw && common->type_name && parse_word(&type, &type_words, "--raw-type", common->type_name))
         return EXIT_MISUSED;
-    if (!raw && others) {
+    if (!raw && chosen) {
         plain.read = cvol_read_options_defaults();
         plain.type_name = NULL;
-        if (kind_of(path) == CVOL_FILE_SERIES) {
-            plain.read.has_index = common->read.has_index;
-            plain.read.index = common->read.index;
-            plain.read.has_channel = common->read.has_channel;
-            plain.read.channel = common->read.channel;
-        }
+    }
+    if (chosen) {
+        plain.read.has_index = chosen->has_index;
+        plain.read.index = chosen->index;
+        plain.read.has_channel = chosen->has_channel;
+        plain.read.channel = chosen->channel;
     }
     return open_input(context, in, path, &plain);
 }
@@ -98,7 +98,7 @@ static int compress_like(cvol_context *context, input *in, const char *path, con
 
 int open_operand(cvol_context *context, input *in, const char *path, algebra_arguments *arguments)
 {
-    int status = open_one(context, in, path, &arguments->common, 0);
+    int status = open_one(context, in, path, &arguments->common, NULL);
     if (status || arguments->takes_samples)
         return status;
     return need_array(context, in, path, 0, CVOL_BACKGROUND_NONE);
@@ -117,6 +117,28 @@ static int check_dims(const input in[2], const char *const paths[2])
         paths[0], paths[1], m[0], m[1], m[2], n[0], n[1], n[2]);
 }
 
+/* The volume of each operand: --time and --channel choose it in those that hold several. */
+static int choose_volumes(cvol_context *context, cvol_read_options chosen[2],
+                          const char *const paths[2], const cvol_read_options *requested)
+{
+    for (int i = 0; i < 2; i++) {
+        chosen[i] = cvol_read_options_defaults();
+        if (requested->has_index || requested->has_channel)
+            choose_of_several(context, &chosen[i], requested, paths[i]);
+    }
+    const int no_time = requested->has_index && !chosen[0].has_index && !chosen[1].has_index;
+    const int no_channel = requested->has_channel && !chosen[0].has_channel &&
+                           !chosen[1].has_channel;
+    if (!no_time && !no_channel)
+        return EXIT_DONE;
+    const char *const what = no_time && no_channel ? "volume" : no_time ? "time" : "channel";
+    const char *const options = no_time && no_channel ? "--time and --channel"
+                                : no_time             ? "--time"
+                                                      : "--channel";
+    return report_error(EXIT_MISUSED, "%s and %s hold one %s each: leave out %s", paths[0],
+                        paths[1], what, options);
+}
+
 int open_operands(cvol_context *context, input in[2], const char *const paths[2],
                   algebra_arguments *arguments)
 {
@@ -131,13 +153,10 @@ int open_operands(cvol_context *context, input in[2], const char *const paths[2]
             "%s and %s have headers: --dims, --raw-type and --big-endian are for raw samples, "
             "--spacing also for formats without it",
             paths[0], paths[1]);
-    if ((arguments->common.read.has_index || arguments->common.read.has_channel) &&
-        kind_of(paths[0]) != CVOL_FILE_SERIES && kind_of(paths[1]) != CVOL_FILE_SERIES)
-        return report_error(EXIT_MISUSED,
-                            "%s and %s hold one volume each: leave out --time and --channel",
-                            paths[0], paths[1]);
+    cvol_read_options chosen[2];
+    status = choose_volumes(context, chosen, paths, &arguments->common.read);
     for (int i = 0; i < 2 && !status; i++)
-        status = open_one(context, &in[i], paths[i], &arguments->common, 1);
+        status = open_one(context, &in[i], paths[i], &arguments->common, &chosen[i]);
     if (!status)
         status = check_dims(in, paths);
     for (int i = 0; i < 2 && !status; i++)

@@ -17,10 +17,10 @@ typedef struct algebra_arguments {
 } algebra_arguments;
 
 /* Like INPUT_OPTIONS. Here --type is the type of the result; --time and --channel choose from
- * operands that are .cvol series. */
-#define RAW_OPERAND_OPTIONS(c)                                                            \
-    RAW_OPTIONS(c, "Operands that are raw samples (x fastest):", "--raw-type"),           \
-        {NULL, NULL, "Operands that are series (.cvol):", OPTION_HEADING, NULL, 0, NULL}, \
+ * operands with several volumes. */
+#define RAW_OPERAND_OPTIONS(c)                                                         \
+    RAW_OPTIONS(c, "Operands that are raw samples (x fastest):", "--raw-type"),        \
+        {NULL, NULL, "Operands with several volumes:", OPTION_HEADING, NULL, 0, NULL}, \
         PLACE_OPTIONS(c)
 
 #define RESULT_OPTIONS(a)                                                             \

@@ -252,6 +252,10 @@ int choose_volume(cvol_context *context, common_options *common, const char *pat
 /* The numbers of times and channels of a file, each 1 if an option chooses one. Exit status. */
 int count_volumes(cvol_context *context, common_options *common, const char *path, int *times,
                   int *channels);
+/* For commands of two inputs: copies the requested --time if the file has several times, and the
+ * requested --channel if it has several channels. */
+void choose_of_several(cvol_context *context, cvol_read_options *out,
+                       const cvol_read_options *requested, const char *path);
 /* The times and channels of a file of any format. */
 typedef struct volume_labels {
     double *times;   /* [times]; NULL: the file does not give them */

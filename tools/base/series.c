@@ -67,6 +67,29 @@ int count_volumes(cvol_context *context, common_options *common, const char *pat
     return code ? report_context_error(context, code, NULL) : EXIT_DONE;
 }
 
+void choose_of_several(cvol_context *context, cvol_read_options *out,
+                       const cvol_read_options *requested, const char *path)
+{
+    const cvol_read_options all = cvol_read_options_defaults();
+    int times = 1, channels = 1;
+    cvol_series *series;
+    const int is_series = kind_of(path) == CVOL_FILE_SERIES;
+    /* If this fails, the caller opens the file and reports why it is unreadable. */
+    if (is_series && !cvol_series_read(context, &series, path)) {
+        times = cvol_series_times(series);
+        channels = cvol_series_channels(series);
+        cvol_series_free(series);
+    } else if (!is_series && !is_cvol(path) && cvol_file_is_volume(path) &&
+               cvol_file_count_volumes(context, &times, &channels, path, &all))
+        times = channels = 1;
+    /* A series of one time has time 0. */
+    out->has_index = requested->has_index && (times > 1 || (is_series && !requested->index));
+    out->index = requested->index;
+    out->has_channel = requested->has_channel &&
+                       (channels > 1 || (is_series && !requested->channel));
+    out->channel = requested->channel;
+}
+
 /* ---- labels --------------------------------------------------------------------------------- */
 
 void free_labels(volume_labels *labels)

@@ -14,7 +14,7 @@ static const char description[] =
     "is null in JSON. Samples that a .cvol file stores as missing, NaN, and in other files a\n"
     "value far from all others, such as 1e35, are left out if they are the same in both.\n"
     "--time, --channel and --series choose a volume of A. --time and --channel also choose a\n"
-    "volume of B if B is a .cvol series.";
+    "volume of B if B holds several.";
 
 static const char examples[] = "  cvol compare brain.nii.gz brain.cvol\n"
                                "  cvol compare a.png b.cvi --json\n";
@@ -45,22 +45,23 @@ static int compare_pictures(cvol_context *context, const common_options *common,
     return status;
 }
 
-/* If B is a series, applies --time and --channel to B too, and to B alone if A has one volume. */
+/* If B holds several volumes, applies --time and --channel to B too, and to B alone if A has one
+ * volume. */
 static int copy_choice(cvol_context *context, common_options *a, common_options *b,
-                       const char *a_path, const char *b_path)
+                       const char *a_path, int a_has_header, const char *b_path)
 {
     const cvol_read_options requested = a->read;
-    int times, channels;
-    if (kind_of(b_path) != CVOL_FILE_SERIES)
+    int times = 1, channels = 1, status = EXIT_DONE;
+    if (!requested.has_index && !requested.has_channel)
         return EXIT_DONE;
-    b->read.has_index = requested.has_index;
-    b->read.index = requested.index;
-    b->read.has_channel = requested.has_channel;
-    b->read.channel = requested.channel;
+    choose_of_several(context, &b->read, &requested, b_path);
+    if (!b->read.has_index && !b->read.has_channel)
+        return EXIT_DONE;
     a->read.has_index = a->read.has_channel = 0;
-    const int status = count_volumes(context, a, a_path, &times, &channels);
-    a->read.has_index = requested.has_index && times > 1;
-    a->read.has_channel = requested.has_channel && channels > 1;
+    if (a_has_header)
+        status = count_volumes(context, a, a_path, &times, &channels);
+    a->read.has_index = requested.has_index && (times > 1 || !b->read.has_index);
+    a->read.has_channel = requested.has_channel && (channels > 1 || !b->read.has_channel);
     return status;
 }
 
@@ -134,7 +135,7 @@ static int compare_volumes(cvol_context *context, common_options *common, const 
     input a = {0}, b = {0};
     cvol_volume_difference d;
     char psnr[PSNR_TEXT];
-    common_options plain_a = *common, raw_b = *common, plain_b;
+    common_options plain_a = *common, raw_a = *common, raw_b = *common, plain_b;
     plain_a.read = cvol_read_options_defaults();
     plain_a.type_name = NULL;
     plain_b = plain_a;
@@ -156,10 +157,10 @@ static int compare_volumes(cvol_context *context, common_options *common, const 
             "%s and %s have headers: --dims, --type and --big-endian are for raw samples, and "
             "spacing does not matter",
             a_path, b_path);
-    int status = a_has_header ? copy_choice(context, &plain_a, &plain_b, a_path, b_path)
-                              : EXIT_DONE;
+    common_options *options_a = a_has_header ? &plain_a : &raw_a;
+    int status = copy_choice(context, options_a, &plain_b, a_path, a_has_header, b_path);
     if (!status)
-        status = open_input(context, &a, a_path, a_has_header ? &plain_a : common);
+        status = open_input(context, &a, a_path, options_a);
     if (!status)
         status = need_volume(context, &a);
     if (!status)
