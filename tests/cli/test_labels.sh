@@ -34,7 +34,7 @@ done
 # --labels yes never gives a lossy file.
 expect_failure 2 '--labels yes needs DCT blocks' cvol compress labels.raw no.cvol $raw --labels yes --block 0
 expect_failure 2 '--labels yes needs DCT blocks' cvol compress labels.raw no.cvol $raw --labels yes --transform dht
-expect_failure 2 '--stream needs DCT blocks of 16 and --ratio' cvol compress labels.raw no.cvol $raw --labels yes --stream
+expect_failure 2 '--stream cannot be combined with --labels yes' cvol compress labels.raw no.cvol $raw --labels yes --stream
 expect_failure 2 '--background 3 cannot be combined with --labels yes' cvol compress labels.raw no.cvol $raw --labels yes --background 3
 expect_done cvol compress labels.raw kept.cvol $raw --labels yes --lossless
 

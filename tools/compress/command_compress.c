@@ -273,14 +273,6 @@ static int compress_by_slab(cvol_context *context, compress_arguments *arguments
     return status;
 }
 
-int can_be_streamed(const compress_arguments *a, const method *m)
-{
-    const cvol_compress_options *options = &m->options;
-    return !m->truncate && m->block == 16 && options->target != CVOL_TARGET_MAX_ERROR &&
-           options->max_error <= 0 && !options->lossless && !options->has_fill &&
-           (!a->background || options->background == CVOL_BACKGROUND_NONE);
-}
-
 static int compress(cvol_context *context, compress_arguments *arguments, const method *m,
                     const char *in_path, const char *out_path)
 {
@@ -288,16 +280,16 @@ static int compress(cvol_context *context, compress_arguments *arguments, const 
     int status = check_output(in_path, out_path);
     if (status)
         return status;
-    if (arguments->stream && !can_be_streamed(arguments, m))
-        return report_error(EXIT_MISUSED, "--stream needs DCT blocks of 16 and --ratio, --bpv or "
-                                          "--psnr: leave out the other options");
+    status = check_stream(arguments, m);
+    if (status)
+        return status;
     if (arguments->stream && is_cvol(in_path))
         return report_error(
             EXIT_MISUSED,
             "%s: is a .cvol file, which --stream does not read: use cvol transcode to make "
             "it smaller",
             in_path);
-    if (can_be_streamed(arguments, m) && !is_cvol(in_path))
+    if (!option_against_streams(arguments, m) && !is_cvol(in_path))
         status = open_slab_input(context, &in, in_path, &arguments->common, arguments->stream);
     if (!status)
         status = in.stream ? compress_by_slab(context, arguments, m, &in, out_path)

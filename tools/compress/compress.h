@@ -48,6 +48,10 @@ int choose_method(method *m, compress_arguments *a);
 int count_targets(const compress_arguments *a);
 /* The option that made the file lossless. */
 const char *lossless_option(const compress_arguments *a);
+/* The option that prevents compression slab by slab; NULL: none. */
+const char *option_against_streams(const compress_arguments *a, const method *m);
+/* Refuses --stream with such an option. Exit status. */
+int check_stream(const compress_arguments *a, const method *m);
 /* The option that set the effort, as it was spelled; NULL: none. */
 const char *effort_option(const compress_arguments *a);
 
@@ -78,9 +82,6 @@ void fill_report(cvol_compress_report *report, const cvol_array *array);
 /* compress_attributes.c: the attributes in the file `path`, or, without one, those of a .cvol
  * input. The caller frees *text. Exit status. */
 int find_attributes(char **text, const input *in, const char *path);
-/* 1 if these options allow compression slab by slab. */
-int can_be_streamed(const compress_arguments *a, const method *m);
-
 /* Names of input files, with patterns replaced by the files that match. */
 typedef struct volume_list {
     char **paths;

@@ -174,3 +174,27 @@ int choose_method(method *m, compress_arguments *a)
                             of_blocks);
     return EXIT_DONE;
 }
+
+const char *option_against_streams(const compress_arguments *a, const method *m)
+{
+    const cvol_background background = m->options.background;
+    return m->transform != CVOL_DCT             ? "--transform"
+           : m->block != 16                     ? "--block"
+           : a->keep                            ? "--keep"
+           : a->max_error_given                 ? "--max-error"
+           : m->options.lossless                ? lossless_option(a)
+           : m->options.has_fill                ? "--fill"
+           : !a->background                     ? NULL
+           : background != CVOL_BACKGROUND_NONE ? "--background"
+                                                : NULL;
+}
+
+int check_stream(const compress_arguments *a, const method *m)
+{
+    const char *other = a->stream ? option_against_streams(a, m) : NULL;
+    return other ? report_error(EXIT_MISUSED,
+                                "--stream cannot be combined with %s: it needs DCT blocks of 16 "
+                                "and --ratio, --bpv or --psnr",
+                                other)
+                 : EXIT_DONE;
+}

@@ -196,7 +196,7 @@ static int add_volume(series_job *job, int time, int channel)
         read->channel = channel;
     }
     int status = EXIT_DONE;
-    if (can_be_streamed(&a, job->m) && !is_cvol(path))
+    if (!option_against_streams(&a, job->m) && !is_cvol(path))
         status = open_slab_input(job->context, &in, path, &a.common, a.stream);
     if (!status)
         status = in.stream ? add_slabs(job, &a, &in, path) : add_array(job, &a, path);
@@ -392,9 +392,7 @@ int compress_series(cvol_context *context, compress_arguments *a, const method *
                             "%s: has %d times and %d channels; cvol-mpi compresses one volume: use "
                             "cvol compress",
                             inputs->paths[0], job.times, job.channels);
-    if (a->stream && !can_be_streamed(a, m))
-        return report_error(EXIT_MISUSED, "--stream needs DCT blocks of 16 and --ratio, --bpv or "
-                                          "--psnr: leave out the other options");
+    status = check_stream(a, m);
     for (int i = 0; i < inputs->count && !status; i++)
         status = check_output(inputs->paths[i], a->output);
     job.volumes = !status && a->common.json ? json_array() : NULL;

@@ -44,24 +44,24 @@ static slice_scan scan_slice(const void *samples, cvol_type type, size_t first, 
     return out;
 }
 
-static int fail_nonfinite(cvol_context *context, const cvol_grid *grid, size_t count, size_t first)
+/* `in_slab`: the samples are some slices of a volume that is compressed slab by slab. */
+static int fail_nonfinite(cvol_context *context, const cvol_grid *grid, size_t count, size_t first,
+                          int in_slab)
 {
     const size_t x = first % grid->dims[0], y = first / grid->dims[0] % grid->dims[1],
                  z = first / grid->dims[0] / grid->dims[1];
-    return cvol_fail(context, CVOL_ERROR_DATA,
-                     "%zu %s NaN or infinite, the first at (x, y, z) = (%zu, %zu, %zu) (index "
-                     "%zu); --fill VALUE replaces them",
-                     count, count == 1 ? "sample is" : "samples are", x, y, z, first);
+    return cvol_fail(
+        context, CVOL_ERROR_DATA,
+        "%s%zu %s NaN or infinite, the first at (x, y, z) = (%zu, %zu, %zu) (index "
+        "%zu); %s",
+        in_slab ? "in one slab " : "", count, count == 1 ? "sample is" : "samples are", x, y, z,
+        first,
+        in_slab ? "slab by slab they cannot be stored: leave out --stream, and give --fill nan"
+                : "--fill VALUE replaces them");
 }
 
-int cvol_scan_samples(cvol_context *context, double *min, double *max, const void *samples,
-                      const cvol_grid *grid)
-{
-    return cvol_scan_slices(context, min, max, samples, grid, 0);
-}
-
-int cvol_scan_slices(cvol_context *context, double *min, double *max, const void *samples,
-                     const cvol_grid *grid, size_t first_slice)
+static int scan_slices(cvol_context *context, double *min, double *max, const void *samples,
+                       const cvol_grid *grid, size_t first_slice, int in_slab)
 {
     const size_t slices = grid->dims[2], per_slice = grid->dims[0] * grid->dims[1];
     slice_scan *scans = cvol_allocate(slices, sizeof *scans);
@@ -81,7 +81,19 @@ int cvol_scan_slices(cvol_context *context, double *min, double *max, const void
         nonfinite += scans[z].nonfinite;
     }
     free(scans);
-    return nonfinite
-               ? fail_nonfinite(context, grid, nonfinite, first_nonfinite + first_slice * per_slice)
-               : CVOL_OK;
+    return nonfinite ? fail_nonfinite(context, grid, nonfinite,
+                                      first_nonfinite + first_slice * per_slice, in_slab)
+                     : CVOL_OK;
+}
+
+int cvol_scan_samples(cvol_context *context, double *min, double *max, const void *samples,
+                      const cvol_grid *grid)
+{
+    return scan_slices(context, min, max, samples, grid, 0, 0);
+}
+
+int cvol_scan_slices(cvol_context *context, double *min, double *max, const void *samples,
+                     const cvol_grid *grid, size_t first_slice)
+{
+    return scan_slices(context, min, max, samples, grid, first_slice, 1);
 }
