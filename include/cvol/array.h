@@ -125,6 +125,8 @@ typedef struct cvol_array_info {
     double background;           /* their value */
     size_t brick[3]; /* samples along each axis of the bricks of its file (cvol/codec.h); 0: not a
                         volume in DCT blocks */
+    uint64_t missing_samples; /* number of samples without a value, which have no error: psnr_db is
+                                 of the others */
 } cvol_array_info;
 /* Copies the properties of an array to *out. Cost: O(1); it evaluates nothing. */
 CVOL_API void cvol_array_get_info(cvol_array_info *out, const cvol_array *array);

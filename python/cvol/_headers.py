@@ -101,6 +101,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("background_samples", "u", ()),
         ("background", "d", ()),
         ("brick", "z", (3,)),
+        ("missing_samples", "u", ()),
     ],
     "cvol_baked_info": [
         ("grid", "cvol_grid", ()),

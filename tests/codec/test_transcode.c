@@ -233,6 +233,55 @@ static void masks_are_kept(void **state)
     free(out);
 }
 
+/* Missing samples have no error, so the PSNR is of the others. Their number is in the bounds that
+ * transcoding and operations derive. */
+static void psnr_does_not_count_missing_samples(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(66, 50, 40, CVOL_FLOAT32);
+    const size_t count = cvol_grid_samples(&grid), zero[3] = {0, 0, 0};
+    float *samples = make_volume(&grid, 5), *out = malloc(count * sizeof *out);
+    float least = INFINITY, most = -INFINITY;
+    size_t valued = 0;
+    cvol_compress_options options = options_of(CVOL_TARGET_PSNR, 60);
+    cvol_array *from, *results[3];
+    assert_non_null(out);
+    for (size_t i = 0; i < count; i++) {
+        if (hypot((double)(i % 66) - 30, (double)(i / 66 % 50) - 24) > 15) {
+            samples[i] = NAN;
+            continue;
+        }
+        valued++;
+        least = fminf(least, samples[i]);
+        most = fmaxf(most, samples[i]);
+    }
+    options.has_fill = 1;
+    options.fill = NAN;
+    check_ok(cvol_compress(context, &from, NULL, samples, &grid, &options));
+    options = options_of(CVOL_TARGET_PSNR, 45);
+    check_ok(cvol_array_transcode(context, &results[0], NULL, from, &options));
+    options = options_of(CVOL_TARGET_RATIO, 40);
+    check_ok(cvol_array_transcode(context, &results[1], NULL, from, &options));
+    check_ok(cvol_array_scale(context, &results[2], 1, from, 0));
+    for (int k = 0; k < 3; k++) {
+        cvol_array_info info;
+        double squares = 0;
+        cvol_array_get_info(&info, results[k]);
+        check_ok(cvol_array_evaluate_box(context, out, results[k], zero, grid.dims));
+        for (size_t i = 0; i < count; i++)
+            squares += isnan(samples[i]) ? 0 : pow((double)samples[i] - (double)out[i], 2);
+        const double psnr = 20 * log10((double)(most - least) * sqrt((double)valued / squares));
+        print_message("%d: at least %.2f dB, truly %.2f\n", k, info.psnr_db, psnr);
+        assert_int_equal(info.missing_samples, count - valued);
+        assert_true(info.psnr_db <= psnr && psnr < info.psnr_db + 3);
+        assert_true(k > 0 || info.psnr_db >= 45);
+        cvol_array_free(results[k]);
+    }
+    cvol_array_free(from);
+    free(samples);
+    free(out);
+}
+
 /* A lossless file may have several fills: one number, and NaN and infinities. */
 static void all_fills_of_a_lossless_array_are_kept(void **state)
 {
@@ -544,6 +593,7 @@ int main(void)
         cmocka_unit_test(any_threads_give_the_same_bytes),
         cmocka_unit_test(coarse_bounds_hold_at_the_ends),
         cmocka_unit_test(masks_are_kept),
+        cmocka_unit_test(psnr_does_not_count_missing_samples),
         cmocka_unit_test(all_fills_of_a_lossless_array_are_kept),
         cmocka_unit_test(residuals_are_decoded),
         cmocka_unit_test(residuals_keep_the_range),

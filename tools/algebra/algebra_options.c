@@ -39,7 +39,8 @@ const cvol_keep *chosen_keep(algebra_arguments *arguments, const cvol_array *sha
         cvol_array_info info;
         cvol_array_get_info(&info, shape);
         const double loss = arguments->rms *
-                            sqrt((double)cvol_grid_samples(cvol_array_grid(shape)));
+                            sqrt((double)(cvol_grid_samples(cvol_array_grid(shape)) -
+                                          info.missing_samples));
         arguments->keep = info.block ? cvol_keep_loss(loss) : cvol_keep_l2(loss);
     }
     return arguments->keep_given ? &arguments->keep : NULL;
@@ -190,7 +191,7 @@ static int report_result(const cvol_array *result, uint64_t file_bytes,
     cvol_array_get_info(&info, result);
     const cvol_grid *grid = cvol_array_grid(result);
     const double ratio = (double)cvol_grid_bytes(grid) / (double)file_bytes;
-    const double rms = info.l2_error / sqrt((double)cvol_grid_samples(grid));
+    const double rms = rms_bound(&info, grid);
     clear_progress();
     if (!arguments->common.json) {
         printf("%s: %zu x %zu x %zu, %llu terms, %llu bytes, 1/%.2f of the raw samples; "

@@ -238,6 +238,8 @@ void close_input(input *in);
 /* 1 if an option for raw samples was given. */
 int has_raw_options(const common_options *common);
 const cvol_grid *input_grid(const input *in);
+/* The bound of the root mean square error of the samples that have a value. */
+double rms_bound(const cvol_array_info *info, const cvol_grid *grid);
 /* Make in->volume from in->array, or in->array from in->volume, where it is missing. need_array
  * compresses to the default ratio in blocks of `block` (0: the default), and prints that. Exit
  * status. */

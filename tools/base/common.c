@@ -295,6 +295,12 @@ const cvol_grid *input_grid(const input *in)
     return in->array ? cvol_array_grid(in->array) : &in->volume->grid;
 }
 
+double rms_bound(const cvol_array_info *info, const cvol_grid *grid)
+{
+    const double samples = (double)(cvol_grid_samples(grid) - info->missing_samples);
+    return samples > 0 ? info->l2_error / sqrt(samples) : 0;
+}
+
 int need_volume(cvol_context *context, input *in)
 {
     if (in->volume)

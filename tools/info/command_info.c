@@ -48,7 +48,7 @@ static json_t *describe_array(const input *in)
     json_t *more = json_pack(
         "{s:f, s:f, s:i, s:s, s:i, s:o, s:f, s:I, s:f, s:f, s:f, s:I, s:I, s:o, s:o, s:b, s:o, "
         "s:o, s:o, "
-        "s:o, s:f, s:f, s:b, s:i, s:b, s:o, s:I, s:o, s:b}",
+        "s:o, s:f, s:f, s:b, s:i, s:b, s:o, s:I, s:I, s:o, s:b}",
         "min", info.value_min, "max", info.value_max, "rank", info.rank, "transform",
         cvol_transform_name(info.transform), "block", info.block, "low", json_dims(info.low),
         "step", info.step, "coefficients", (json_int_t)info.coefficients, "rho", info.rho, "ratio",
@@ -57,13 +57,14 @@ static json_t *describe_array(const input *in)
         (json_int_t)file_bytes, "resident_bytes", (json_int_t)info.resident_bytes, "psnr_db",
         json_decibels(info.psnr_db), "max_error", json_number(info.max_error), "measured",
         info.measured, "l2_error", json_number(info.l2_error), "rms_bound",
-        json_number(info.l2_error / sqrt((double)cvol_grid_samples(grid))), "point_error",
-        json_number(info.point_error), "max_abs", json_number(info.max_abs), "value_min",
-        info.value_min, "value_max", info.value_max, "whole", !in->cut, "level", in->level,
-        "residual_missing", in->residual_missing, "background",
+        json_number(rms_bound(&info, grid)), "point_error", json_number(info.point_error),
+        "max_abs", json_number(info.max_abs), "value_min", info.value_min, "value_max",
+        info.value_max, "whole", !in->cut, "level", in->level, "residual_missing",
+        in->residual_missing, "background",
         info.background_samples ? json_real(info.background) : json_null(), "background_samples",
-        (json_int_t)info.background_samples, "brick",
-        info.brick[0] ? json_dims(info.brick) : json_null(), "exact", is_exact(info.psnr_db));
+        (json_int_t)info.background_samples, "missing_samples", (json_int_t)info.missing_samples,
+        "brick", info.brick[0] ? json_dims(info.brick) : json_null(), "exact",
+        is_exact(info.psnr_db));
     json_object_update(object, more);
     json_decref(more);
     return object;

@@ -265,19 +265,26 @@ void cvol_array_get_info(cvol_array_info *out, const cvol_array *array)
         out->background_samples = cvol_mask_samples(array->mask);
         out->background = cvol_array_background(array);
     }
+    out->missing_samples = cvol_grid_samples(&array->grid) - cvol_array_valued_samples(array);
+}
+
+size_t cvol_array_valued_samples(const cvol_array *array)
+{
+    const size_t missing = cvol_mask_is_void(array->mask) ? cvol_mask_samples(array->mask) : 0;
+    return cvol_grid_samples(&array->grid) - missing;
 }
 
 void cvol_array_derive_figures(cvol_array *array)
 {
     const cvol_error_bound *error_bound = &array->error_bound;
-    const double samples = (double)cvol_grid_samples(&array->grid);
+    const double samples = (double)cvol_array_valued_samples(array);
     /* Rounding to integers adds up to a half to every sample. */
     const double half = cvol_type_is_integer(array->grid.type) ? 0.5 : 0;
     const double l2_error = error_bound->l2_error + half * sqrt(samples);
     array->measured = 0;
     array->max_error = cvol_error_bound_point(error_bound) + half;
     array->psnr_db = (double)INFINITY;
-    if (l2_error > 0)
+    if (l2_error > 0 && samples > 0)
         array->psnr_db = 20 * cvol_log10((error_bound->value_max - error_bound->value_min) *
                                          sqrt(samples) / l2_error);
 }

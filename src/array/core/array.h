@@ -123,7 +123,10 @@ int cvol_attributes_are_text(const char *text, size_t size);
 /* Sets an array's attributes without a check. Errors: MEMORY. */
 int cvol_array_keep_attributes(cvol_context *context, cvol_array *array, const char *text,
                                size_t size);
-/* Derives psnr_db and max_error from the error bound. */
+/* The number of samples that have a value: all but those of a mask of missing samples. */
+size_t cvol_array_valued_samples(const cvol_array *array);
+/* Derives psnr_db and max_error from the error bound. The mask must be set before: missing samples
+ * have no error, and the PSNR is of the others. */
 void cvol_array_derive_figures(cvol_array *array);
 /* B^rank. */
 size_t cvol_array_block_terms(const cvol_array *array);

@@ -30,7 +30,7 @@ enum { COMMITS_MAX = 5 };
 static double psnr_of(const cvol_array *array, double l2_error)
 {
     const double span = array->error_bound.value_max - array->error_bound.value_min;
-    return 20 * cvol_log10(span * sqrt((double)cvol_grid_samples(&array->grid)) / l2_error);
+    return 20 * cvol_log10(span * sqrt((double)cvol_array_valued_samples(array)) / l2_error);
 }
 
 /* Tries bound the distance of coefficients. The distance of the two arrays' samples bounds more
@@ -52,10 +52,11 @@ static int account_samples(const cvol_transcoding *t, cvol_array *array)
     array->error_bound.point_error = fmin(cvol_error_bound_point(&array->error_bound), point);
     array->error_bound.l2_error = fmin(array->error_bound.l2_error, l2_error);
     cvol_array_derive_figures(array);
-    if (!from->measured || cvol_mask_is_void(from->mask)) /* a PSNR of fewer samples */
+    if (!from->measured)
         return CVOL_OK;
     const double span = from->error_bound.value_max - from->error_bound.value_min;
-    const double off = span * samples * cvol_pow(10, -from->psnr_db / 20) * (1 + 1e-9);
+    const double valued = sqrt((double)cvol_array_valued_samples(from));
+    const double off = span * valued * cvol_pow(10, -from->psnr_db / 20) * (1 + 1e-9);
     array->max_error = fmin(array->max_error, (from->max_error + apart.most) * (1 + 1e-9));
     array->psnr_db = fmax(array->psnr_db, psnr_of(array, off + apart.stored_l2));
     return CVOL_OK;

@@ -69,9 +69,12 @@ void cvol_transcoding_account(const cvol_transcoding *t, cvol_array *array)
                                       .norm = norm + distance,
                                       .max_abs = -1,
                                       .sample = distance};
+    cvol_mask *own = array->mask;
     array->error_bound = t->from->error_bound;
     cvol_array_account(array, &result, 0);
+    array->mask = t->from->mask; /* lent: tries have none, and missing samples do not count */
     cvol_array_derive_figures(array);
+    array->mask = own;
 }
 
 double cvol_transcoding_own_step(const cvol_transcoding *t)
