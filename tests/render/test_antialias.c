@@ -110,22 +110,28 @@ static void test_outlines(void **state)
     free_engines(&e);
 }
 
-/* Bytes and floats show the same (engine sheet filters its rays, and only bytes end at black), and
- * depths end where the surface covers half a pixel. */
+/* Bytes and floats show the same, over any background, and depths end where the surface covers half
+ * a pixel. */
 static void test_kinds(void **state)
 {
     (void)state;
     engines e = make_engines();
-    for (int engine = 0; engine < 2; engine++) {
-        const cvol_render_options options = request(SIZE, SIZE, 0);
+    for (int run = 0; run < 4; run++) {
+        const int engine = run / 2;
+        static const double grounds[2][3] = {{0, 0, 0}, {0.2, 0.5, 0.8}};
+        const double *ground = grounds[run % 2];
+        cvol_render_options options = request(SIZE, SIZE, 0);
+        memcpy(options.background, ground, sizeof options.background);
+        options.shading.ambient = 1; /* brighter than white */
         cvol_image *bytes = draw(e.of[engine], &options, 0),
                    *floats = draw(e.of[engine], &options, 1);
         int partial = 0;
         for (int i = 0; i < SIZE * SIZE; i++) {
             const float covered = floats->values[4 * i + 3];
-            for (int c = 0; c < 3 && engine == 1; c++)
-                assert_true(fabs(bytes->rgba[4 * i + c] - 255.0 * floats->values[4 * i + c]) <=
-                            1.01);
+            for (int c = 0; c < 3; c++) {
+                const double value = floats->values[4 * i + c] + (1 - covered) * ground[c];
+                assert_true(fabs(bytes->rgba[4 * i + c] - 255 * value) <= 1.01);
+            }
             assert_true(bytes->depth[i] <= floats->depth[i] && floats->depth[i] <= bytes->depth[i]);
             if (covered < 0.3)
                 assert_true(isinf(bytes->depth[i]));

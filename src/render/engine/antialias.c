@@ -42,11 +42,23 @@ static float within_bytes(float value)
     return fminf(fmaxf(value, 0), 1);
 }
 
-static void mean_of_floats(float *out, const float *near, const float *below)
+/* The mean of the four colours over the background, as bytes have them, without the background's
+ * share: where light is brighter than white, it does not shine through other rays. */
+static void mean_of_floats(float *out, const float *near, const float *below,
+                           const double background[3])
 {
-    for (int c = 0; c < 4; c++)
-        out[c] = 0.25f * (within_bytes(near[c]) + within_bytes(near[c + 4]) +
-                          within_bytes(below[c]) + within_bytes(below[c + 4]));
+    const float *const rays[4] = {near, near + 4, below, below + 4};
+    float opacity = 0;
+    for (int k = 0; k < 4; k++)
+        opacity += 0.25f * within_bytes(rays[k][3]);
+    for (int c = 0; c < 3; c++) {
+        const float ground = (float)background[c];
+        float sum = 0;
+        for (int k = 0; k < 4; k++)
+            sum += within_bytes(rays[k][c] + (1 - within_bytes(rays[k][3])) * ground);
+        out[c] = 0.25f * sum - (1 - opacity) * ground;
+    }
+    out[3] = opacity;
 }
 
 static float mean_of_depths(const float *near, const float *below, double pixel)
@@ -62,7 +74,8 @@ static float mean_of_depths(const float *near, const float *below, double pixel)
                                                      : second;
 }
 
-static void average(cvol_image *image, const cvol_image *fine, double size_of_pixel)
+static void average(cvol_image *image, const cvol_image *fine, double size_of_pixel,
+                    const double background[3])
 {
     for (int y = 0; y < image->height; y++)
         for (int x = 0; x < image->width; x++) {
@@ -71,7 +84,7 @@ static void average(cvol_image *image, const cvol_image *fine, double size_of_pi
             find_pixels(at, fine, x, y);
             if (image->values)
                 mean_of_floats(image->values + 4 * pixel, fine->values + 4 * at[0],
-                               fine->values + 4 * at[1]);
+                               fine->values + 4 * at[1], background);
             else
                 mean_of_bytes(image->rgba + 4 * pixel, fine->rgba + 4 * at[0],
                               fine->rgba + 4 * at[1]);
@@ -102,7 +115,7 @@ int cvol_antialias_draw(cvol_context *context, cvol_renderer *renderer, cvol_ima
     if (!code)
         code = renderer->engine->draw(context, renderer->state, fine, &view, &finer);
     if (!code)
-        average(image, fine, view.pixel);
+        average(image, fine, view.pixel, options->background);
     cvol_image_free(fine);
     return code;
 }
