@@ -225,6 +225,17 @@ cmp -s all.png given.png || fail 'colours must equal those of the file'
 expect_done cvol render cell.cvol -o turn-{n}.png --size 24 --turntable 2 --mode mip
 expect_status 0 cvol render cell.cvol -o iso.png --size 24 --mode iso --iso 60
 grep -q 'cell.cvol: using channel 0 of 2; --channel chooses another' "$err" || fail 'must print the rendered channel'
+# The message names only what no option chooses; a picture of all channels chooses none.
+expect_done cvol compress cell.cvol cell.cvol -o both.cvol --lossless
+while IFS='|' read -r options using; do
+    expect_status 0 cvol render both.cvol -o both.png --size 24 $options
+    expect_equal "$(cat "$err")" "cvol: both.cvol: using $using another"
+done <<END
+|time 0 of 2; --time chooses
+--channel 1|time 0 of 2; --time chooses
+--mode iso --iso 60 --time 1|channel 0 of 2; --channel chooses
+--mode iso --iso 60|time 0 of 2, channel 0 of 2; --time and --channel choose
+END
 expect_failure 2 'run.cvol: --channel-colors needs several channels' \
     cvol render run.cvol -o x.png --channel-colors red
 expect_failure 2 '--channel-colors has 3 colours, must have 2' \

@@ -27,18 +27,22 @@ int choose_volume(cvol_context *context, common_options *common, const char *pat
         return report_context_error(context, code, NULL);
     const int times = cvol_series_times(series), channels = cvol_series_channels(series);
     cvol_series_free(series);
-    if (((times > 1 && !read->has_index) || (channels > 1 && !read->has_channel)) &&
-        part->time < times && part->channel < channels && !common->choice_printed) {
+    const int time_is_open = times > 1 && !read->has_index,
+              channel_is_open = channels > 1 && !read->has_channel;
+    if ((time_is_open || channel_is_open) && part->time < times && part->channel < channels &&
+        !common->choice_printed) {
+        const int both = time_is_open && channel_is_open;
         common->choice_printed = 1;
         clear_progress();
         fprintf(stderr, "cvol: %s: using ", path);
-        if (times > 1)
-            fprintf(stderr, "time %d of %d%s", part->time, times, channels > 1 ? ", " : "");
-        if (channels > 1)
+        if (time_is_open)
+            fprintf(stderr, "time %d of %d%s", part->time, times, both ? ", " : "");
+        if (channel_is_open)
             fprintf(stderr, "channel %d of %d", part->channel, channels);
-        fprintf(stderr, "; %s%s%s another\n", times > 1 ? "--time" : "",
-                times > 1 && channels > 1 ? " and " : "",
-                channels > 1 ? times > 1 ? "--channel choose" : "--channel chooses" : " chooses");
+        fprintf(stderr, "; %s another\n",
+                both           ? "--time and --channel choose"
+                : time_is_open ? "--time chooses"
+                               : "--channel chooses");
     }
     return EXIT_DONE;
 }
