@@ -17,6 +17,7 @@ done
 expect_failure 2 "a brick's side along x is 16" cvol compress in.nrrd out.cvol --block 32 --bricks 16
 expect_failure 2 '--bricks needs DCT blocks' cvol compress in.nrrd out.cvol --transform dht --bricks 16
 expect_failure 2 'or only --bricks' cvol transcode in.cvol out.cvol
+expect_failure 2 'give only one of --ratio, --bpv and --psnr' cvol transcode in.cvol out.cvol --ratio 40 --psnr 30
 
 # ---- commands and arguments ----------------------------------------------------------------------
 

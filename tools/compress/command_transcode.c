@@ -43,7 +43,9 @@ static int choose_target(cvol_compress_options *options, const transcode_argumen
         return report_error(EXIT_MISUSED,
                             "several processes transcode with --ratio, --bpv, --psnr or --bricks "
                             "only: use cvol transcode");
-    if (targets > 1 || (!targets && !chosen && !a->bricks))
+    if (targets > 1)
+        return report_error(EXIT_MISUSED, "give only one of --ratio, --bpv and --psnr");
+    if (!targets && !chosen && !a->bricks)
         return report_error(EXIT_MISUSED,
                             "no target: give one of --ratio, --bpv and --psnr, or only --bricks");
     options->target = a->ratio_given  ? CVOL_TARGET_RATIO
