@@ -102,11 +102,12 @@ static int find_format(cvol_context *context, const cvol_format **out, const cha
 
 /* A folder that is no format by itself has the format of its first file whose format can be in a
  * folder. Pictures are slices only in a folder without other volumes: beside one, a picture is
- * probably its preview. */
+ * probably its preview. If no file has a format, an unreadable one may be the reason. */
 static int find_format_of_folder(cvol_context *context, const cvol_format **out, const char *path)
 {
     cvol_folder folder;
     int has_volumes = 0;
+    char unreadable[CVOL_MESSAGE_BYTES] = ""; /* the first message */
     *out = NULL;
     for (size_t f = 0; f < FORMATS && !*out; f++)
         if (formats[f] != &cvol_format_pictures && formats[f]->recognise_folder &&
@@ -115,17 +116,23 @@ static int find_format_of_folder(cvol_context *context, const cvol_format **out,
     if (*out)
         return CVOL_OK;
     int code = cvol_folder_open(context, &folder, path);
-    for (size_t i = 0; !code && !*out && i < folder.count; i++)
-        if (find_format(context, out, folder.paths[i]) || (*out && !(*out)->takes_folder)) {
+    for (size_t i = 0; !code && !*out && i < folder.count; i++) {
+        const int failed = find_format(context, out, folder.paths[i]);
+        if (failed == CVOL_ERROR_IO && !unreadable[0])
+            memcpy(unreadable, context->message, sizeof unreadable);
+        if (failed || (*out && !(*out)->takes_folder)) {
             has_volumes = has_volumes || (*out && !(*out)->needs_options);
             *out = NULL;
         }
+    }
     cvol_folder_close(&folder);
     if (!code && !*out && !has_volumes && cvol_format_pictures.recognise_folder(path))
         *out = &cvol_format_pictures;
     if (!code && !*out)
-        code = cvol_fail(context, CVOL_ERROR_IO,
-                         "%s: is a directory without slices (TIFF, DICOM, PNG, JPEG)", path);
+        code = unreadable[0]
+                   ? cvol_fail(context, CVOL_ERROR_IO, "%s", unreadable)
+                   : cvol_fail(context, CVOL_ERROR_IO,
+                               "%s: is a directory without slices (TIFF, DICOM, PNG, JPEG)", path);
     return code;
 }
 
