@@ -360,6 +360,36 @@ static void residuals_are_decoded(void **state)
     free(out);
 }
 
+/* The result has the blocks of its source, so that both are operands of one operation, also if
+ * decoded samples are compressed. Equal samples have no PSNR, and are not refused for it. */
+static void blocks_are_kept(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(40, 30, 20, CVOL_FLOAT32);
+    for (int i = 0; i < 12; i++) {
+        float *samples = make_volume(&grid, 8);
+        for (size_t k = 0; k < cvol_grid_samples(&grid) && i >= 9; k++)
+            samples[k] = 7.3F;
+        cvol_compress_options options = options_of(CVOL_TARGET_PSNR, 60);
+        cvol_array *from, *array, *sum;
+        options.block = 8 << i % 3;
+        options.lapped = i % 2;
+        options.max_error = i < 3 ? 0.5 : 0;
+        options.lossless = i >= 3 && i < 6;
+        check_ok(cvol_compress(context, &from, NULL, samples, &grid, &options));
+        options = options_of(CVOL_TARGET_RATIO, i < 9 ? 30 : 1e6);
+        options.least_psnr = i < 9 ? 0 : 25;
+        check_ok(cvol_array_transcode(context, &array, NULL, from, &options));
+        assert_int_equal(array->block, from->block);
+        assert_int_equal(array->lapped, from->lapped);
+        check_ok(cvol_array_add(context, &sum, 1, from, -1, array, NULL));
+        cvol_array_free(sum);
+        cvol_array_free(from);
+        cvol_array_free(array);
+        free(samples);
+    }
+}
+
 /* The range that the result states is that of the original samples, although decoded ones are
  * compressed: bounds of products depend on it. */
 static void residuals_keep_the_range(void **state)
@@ -596,6 +626,7 @@ int main(void)
         cmocka_unit_test(psnr_does_not_count_missing_samples),
         cmocka_unit_test(all_fills_of_a_lossless_array_are_kept),
         cmocka_unit_test(residuals_are_decoded),
+        cmocka_unit_test(blocks_are_kept),
         cmocka_unit_test(residuals_keep_the_range),
         cmocka_unit_test(residuals_count),
         cmocka_unit_test(small_files_keep_ratio),

@@ -122,7 +122,8 @@ int cvol_compress_check_least_psnr(cvol_context *context, const cvol_compress_op
 {
     const char *kind = is_certified ? "certified " : "";
     const int by_size = options->target == CVOL_TARGET_RATIO || options->target == CVOL_TARGET_BITS;
-    if (!by_size || options->lossless || !(psnr_db < options->least_psnr))
+    const int has_range = psnr_db > -(double)INFINITY; /* samples that are equal have no PSNR */
+    if (!by_size || options->lossless || !has_range || !(psnr_db < options->least_psnr))
         return CVOL_OK;
     return cvol_fail(context, CVOL_ERROR_TARGET,
                      options->target == CVOL_TARGET_RATIO

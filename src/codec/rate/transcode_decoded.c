@@ -82,6 +82,8 @@ int cvol_transcode_decoded(cvol_context *context, cvol_array **out, cvol_compres
                                   cvol_type_size(array->grid.type));
     if (!samples)
         return cvol_fail_memory(context, cvol_grid_bytes(&array->grid), "the decoded samples");
+    how.block = array->block;
+    how.lapped = array->lapped;
     how.target = target;
     how.target_value = value;
     how.least_psnr = 0;
