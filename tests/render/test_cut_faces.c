@@ -143,10 +143,10 @@ static void test_windows(void **state)
 }
 
 /* Matter that is the same everywhere, but for noise, next to air. */
-static cvol_volume make_noise(void)
+static cvol_volume make_noise(size_t slices)
 {
     random_state r = {5};
-    cvol_volume volume = support_volume(SIDE, SIDE, SIDE, CVOL_FLOAT32);
+    cvol_volume volume = support_volume(SIDE, SIDE, slices, CVOL_FLOAT32);
     for (size_t i = 0; i < cvol_grid_samples(&volume.grid); i++)
         ((float *)volume.data)[i] = i % SIDE > SIDE - 4 ? 0 : (float)(100 + 2 * random_signed(&r));
     return volume;
@@ -172,7 +172,7 @@ static void test_light(void **state)
 {
     (void)state;
     static const cvol_transfer_point opaque[] = {{40, 0.6, 0.6, 0.6, 0}, {90, 0.6, 0.6, 0.6, 0.8}};
-    cvol_volume volume = make_noise();
+    cvol_volume volume = make_noise(SIDE);
     cvol_array *array = support_compress(context, &volume, 16, 60);
     for (int k = 0; k < 6; k++) {
         cvol_render_options options = support_square(SIZE, CVOL_MODE_COMPOSITE, 20, 10);
@@ -198,10 +198,39 @@ static void test_light(void **state)
     free(volume.data);
 }
 
+/* The large faces of a slab are cuts, also of a single slice (deviations without the fade: 13.5 for
+ * one slice, 19 to 24 for more). */
+static void test_slabs(void **state)
+{
+    (void)state;
+    static const cvol_transfer_point opaque[] = {{40, 0.6, 0.6, 0.6, 0}, {90, 0.6, 0.6, 0.6, 0.8}};
+    static const size_t slices[] = {1, 2, 5, 10};
+    static const double mosts[] = {10, 8, 15, 15};
+    for (int k = 0; k < 8; k++) {
+        cvol_volume volume = make_noise(slices[k / 2]);
+        cvol_array *array = support_compress(context, &volume, 16, 60);
+        cvol_render_options options = support_square(SIZE, CVOL_MODE_COMPOSITE, 20, 60);
+        options.shading.on = 1;
+        options.camera.zoom = 1.5;
+        options.sheet.ray_order = k % 2 ? CVOL_RAY_ORDER_OBJECT : CVOL_RAY_ORDER_IMAGE;
+        cvol_image *images[2] = {support_sheet(context, array, opaque, 2, &options),
+                                 support_ray(context, &volume, opaque, 2, &options)};
+        for (int engine = 0; engine < 2; engine++) {
+            const double deviation = find_deviation(images[engine]), most = mosts[k / 2];
+            if (test_verbose() || deviation > most)
+                print_message("%zu slices, engine %d: %.1f\n", slices[k / 2], engine, deviation);
+            assert_true(deviation <= most);
+            cvol_image_free(images[engine]);
+        }
+        cvol_array_free(array);
+        free(volume.data);
+    }
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {TEST(test_values), TEST(test_engines_agree),
-                                       TEST(test_windows), TEST(test_light)};
+                                       TEST(test_windows), TEST(test_light), TEST(test_slabs)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

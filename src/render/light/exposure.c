@@ -37,6 +37,7 @@ typedef struct brightness_job {
     const cvol_render_options *options;
     const cvol_view *view;
     double light[3], rise[3], flat;
+    int fades;   /* gradients are shorter at cuts */
     size_t step; /* every step-th cell of a row: 1 or SPARSE */
     struct cell {
         float unlit, lit, seen; /* brightness, and the share of the cell in the picture */
@@ -61,11 +62,14 @@ static double phong_of(const brightness_job *job, size_t i)
     const size_t cell[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
     const cvol_shading *shading = &job->options->shading;
     const double *eye = job->view->eye;
-    double normal[3], facing = 0, lit = 0, seen = 0;
+    double normal[3], place[3], facing = 0, lit = 0, seen = 0;
+    for (int a = 0; a < 3; a++)
+        place[a] = coarse->first[a] + (double)cell[a] * coarse->pitch[a];
+    const double fade = job->fades ? cvol_view_fade(job->view, place) : 1;
     for (int a = 0; a < 3; a++) {
         const size_t behind = cell[a] + 1 < n[a] ? i + apart[a] : i,
                      before = cell[a] ? i - apart[a] : i;
-        normal[a] = job->rise[a] * (double)(coarse->values[behind] - coarse->values[before]);
+        normal[a] = fade * job->rise[a] * (double)(coarse->values[behind] - coarse->values[before]);
     }
     const double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] +
                                normal[2] * normal[2]);
@@ -190,7 +194,8 @@ int cvol_exposure_find(cvol_context *context, double *exposure, const cvol_lit_c
     const size_t count = cvol_coarse_count(cells->coarse);
     const double *given = options->shading.light;
     const double length = hypot(hypot(given[0], given[1]), given[2]);
-    brightness_job job = {cells, transfer, options, view, {0}, {0}, 0, 1, NULL};
+    brightness_job job = {
+        .cells = cells, .transfer = transfer, .options = options, .view = view, .step = 1};
     cvol_sweep sweep = {.keep = 1};
     memcpy(sweep.way, view->eye, sizeof sweep.way);
     for (int a = 0; a < 3; a++) {
@@ -199,6 +204,8 @@ int cvol_exposure_find(cvol_context *context, double *exposure, const cvol_lit_c
     }
     if (options->mode != CVOL_MODE_ISO)
         job.flat = cvol_flat_gradient(cvol_transfer_width(transfer), range_of(cells->coarse));
+    job.fades = view->cuts && options->mode != CVOL_MODE_ISO &&
+                !(options->shading.gradient_opacity > 0);
     if (count > CELLS_MAX)
         job.step = SPARSE;
     job.cells_seen = cvol_allocate(count, sizeof *job.cells_seen);

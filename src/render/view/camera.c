@@ -239,15 +239,35 @@ static void add_box_cut(cvol_view *view, const cvol_grid *grid, int axis, double
     add_cut(view, grid, n, -sign * at * grid->spacing[axis]);
 }
 
+/* Thinner than this, compared with its second side: a slab. */
+#define SLAB 0.4
+
+int cvol_view_thin_axis(const cvol_grid *grid)
+{
+    double sides[3];
+    int thin = 0;
+    for (int a = 0; a < 3; a++) {
+        sides[a] = (double)grid->dims[a] * grid->spacing[a];
+        thin = sides[a] < sides[thin] ? a : thin;
+    }
+    const double next = fmin(sides[(thin + 1) % 3], sides[(thin + 2) % 3]);
+    return sides[thin] < SLAB * next ? thin : -1;
+}
+
 /* ---- the drawn part -------------------------------------------------------------------------- */
 
 static int set_box(cvol_context *context, cvol_view *view, const cvol_grid *grid,
                    const cvol_clip *clip)
 {
+    const int thin = cvol_view_thin_axis(grid);
     for (int a = 0; a < 3; a++) {
         const double last = (double)(grid->dims[a] - 1), margin = grid->dims[a] > 1 ? 0 : 0.5;
         view->lo[a] = -margin;
         view->hi[a] = last + margin;
+        if (a == thin) { /* mostly a part of what was scanned: its large faces are cuts */
+            add_box_cut(view, grid, a, view->lo[a], 1);
+            add_box_cut(view, grid, a, view->hi[a], -1);
+        }
         if (!(clip->axes >> a & 1))
             continue;
         const double from = clip->from[a], to = clip->to[a];

@@ -11,6 +11,9 @@ static inline int cvol_mode_is_grey(cvol_mode mode)
     return mode == CVOL_MODE_XRAY || mode == CVOL_MODE_MIP || mode == CVOL_MODE_MIN;
 }
 
+/* The axis across a slab, a volume much thinner than wide; -1: not a slab. */
+int cvol_view_thin_axis(const cvol_grid *grid);
+
 /* The view of a grid under these options. Errors: ARGUMENT (invalid sizes, zoom, angles or step,
  * each named in the message; a clip that leaves nothing). */
 int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,

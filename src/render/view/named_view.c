@@ -19,6 +19,7 @@
 
 #include "base/context.h"
 #include "cvol/look.h"
+#include "render/view/camera.h"
 
 #define DEGREES (180 / 3.14159265358979323846)
 #define SNAP 1e-3 /* degrees: headers store directions as rounded numbers */
@@ -143,21 +144,11 @@ int cvol_camera_set_view(cvol_context *context, cvol_camera *camera, int *mirror
 
 /* ---- the default view -------------------------------------------------------------------- */
 
-#define SLAB 0.4 /* thinner than this, compared with its second side */
-
 /* The axis of a slab, in the patient (L, P, S) if it is known; -1: not a slab. */
 static int thin_axis(const cvol_grid *grid)
 {
-    double sides[3];
-    int thin = 0;
-    for (int a = 0; a < 3; a++) {
-        sides[a] = (double)grid->dims[a] * grid->spacing[a];
-        thin = sides[a] < sides[thin] ? a : thin;
-    }
-    const double next = fmin(sides[(thin + 1) % 3], sides[(thin + 2) % 3]);
-    if (!(sides[thin] < SLAB * next))
-        return -1;
-    if (grid->space == CVOL_SPACE_UNKNOWN)
+    const int thin = cvol_view_thin_axis(grid);
+    if (thin < 0 || grid->space == CVOL_SPACE_UNKNOWN)
         return thin;
     int most = 0;
     for (int a = 1; a < 3; a++)

@@ -229,7 +229,6 @@ static void describe_rays(cvol_layer *out, const cvol_sheet_plan *plan)
     out->reach = plan->wide ? plan->reach : 0;
     out->cuts = plan->planes;
     out->part_cuts = plan->part_planes;
-    out->fades = plan->fades;
     out->lane_lo = (plan->lo[0] - plan->first_lane) / plan->pitch_lane - tolerance;
     out->lane_hi = (plan->hi[0] - plan->first_lane) / plan->pitch_lane + tolerance;
     out->row_lo = (plan->lo[1] - plan->first_row) / plan->pitch_row - tolerance;
@@ -244,6 +243,15 @@ static void describe_rays(cvol_layer *out, const cvol_sheet_plan *plan)
     out->length_lane[1] = plan->du * plan->spacing[0] / whole;
     out->length_row[0] = (plan->v0 - plan->eye_row) * plan->spacing[1] / whole;
     out->length_row[1] = plan->dv * plan->spacing[1] / whole;
+}
+
+/* The depths behind faces of the clip, at a layer's first slice. */
+static void describe_fades(cvol_layer *out, const cvol_sheet_plan *plan, double z, double next)
+{
+    out->fades = plan->fades;
+    for (int i = 0; i < plan->fades; i++)
+        (plan->image_order ? describe_plane_image_order : describe_plane)(&out->fade[i], plan,
+                                                                          plan->fade[i], z, next);
 }
 
 static cvol_windows windows_of(const cvol_layer_skip *skip, const cvol_sheet_plan *plan)
@@ -299,9 +307,8 @@ void cvol_layer_describe(cvol_layer *out, const void *samples, ptrdiff_t row_str
         sheet->samples = plan->int16.scale > 0 ? NULL : samples;
         sheet->int16 = plan->int16.scale > 0 ? samples : NULL;
         sheet->first = CVOL_SHEET_PAD + row_0 * row_stride + slice * sheet_stride;
-        for (int i = 0; i < plan->fades && s == 0; i++)
-            (plan->image_order ? describe_plane_image_order
-                               : describe_plane)(&out->fade[i], plan, plan->fade[i], z, next);
+        if (s == 0)
+            describe_fades(out, plan, z, next);
         if (plan->image_order) {
             describe_sheet_image_order(sheet, plan, z, next);
             continue;
@@ -323,5 +330,6 @@ void cvol_layer_describe_end(cvol_layer *out, const cvol_sheet_plan *plan)
         describe_sheet_image_order(&out->sheets[0], plan, z, next);
     else
         describe_sheet(&out->sheets[0], plan, z, next);
+    describe_fades(out, plan, z, next);
     out->sheets[0].ordinal = ordinal;
 }
