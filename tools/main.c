@@ -52,6 +52,9 @@ static int run_subcommand(const char *called, int argc, char **argv)
             argv[0] = name;
             return subcommands[i].run(argc, argv);
         }
+    if (strpbrk(called, "./"))
+        return report_error(EXIT_MISUSED, "%s: is no file, and no command; see cvol --help",
+                            called);
     const char *meant = NULL;
     for (size_t i = 0; i < sizeof subcommands / sizeof *subcommands; i++)
         if (spelling_distance(called, strlen(called), subcommands[i].name) <=

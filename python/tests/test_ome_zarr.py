@@ -52,7 +52,7 @@ def test_reading(image):
     assert ome_zarr.open_image(name, level=1).channel_names == ("dye 0", "dye 1", "dye 2")
     for options, text in (({}, "has 3 channels; choose one with channel= 0 to 2"),
                           ({"channel": 0}, "has 2 volumes; choose one with time= 0 to 1"),
-                          ({"channel": 0, "time": 2}, "volume 2 was requested, but it has 2")):  # fmt: skip
+                          ({"channel": 0, "time": 2}, "has 2 volumes, 0 to 1; number 2 was requested")):  # fmt: skip
         with pytest.raises(cvol.ArgumentError, match=text):
             cvol.open(name, **options)
 

@@ -203,9 +203,12 @@ int cvol_format_choose(cvol_context *context, size_t *out, const char *path, con
     if (!strcmp(option, "--channel"))
         context->found_channels = count;
     if (has_choice && (choice < 0 || *out >= count))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: %s %d was requested, but it has %zu, counted from 0", path, what,
-                         choice, count);
+        return count == 1 ? cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                                      "%s: has one %s, number 0; number %d was requested", path,
+                                      what, choice)
+                          : cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                                      "%s: has %zu %ss, 0 to %zu; number %d was requested", path,
+                                      count, what, count - 1, choice);
     if (!has_choice && count > 1)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "%s: has %zu %ss; choose one with %s 0 to %zu", path, count, what, option,

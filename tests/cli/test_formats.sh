@@ -74,7 +74,7 @@ if [ -e tiff/imagej.tif ]; then
     expect_equal "$(value_of times) $(value_of channels)" '2 3'
     expect_done cvol info tiff/imagej.tif --channel 0 --json
     expect_equal "$(value_of times) $(value_of channels)" '2 1'
-    expect_failure 2 'imagej.tif: channel 3 was requested, but it has 3' \
+    expect_failure 2 'imagej.tif: has 3 channels, 0 to 2; number 3 was requested' \
         cvol render tiff/imagej.tif -o x.png --channel 3
     expect_done cvol info tiff/imagej.tif --channel 2 --index 1
 
@@ -227,7 +227,7 @@ if [ -e analyze/spm.img ]; then
     expect_done cvol info raw.img --dims 9x7x5 --type int16
     cp analyze/i2.hdr raw.hdr
     expect_failure 2 'raw.img: is an Analyze file, which has a header' cvol info raw.img --dims 9x7x5 --type int16
-    expect_failure 2 'i2.hdr: channel 7 was requested, but it has 1' cvol info analyze/i2.img --channel 7
+    expect_failure 2 'i2.hdr: has one channel, number 0; number 7 was requested' cvol info analyze/i2.img --channel 7
     cp analyze/i2.img envi.img
     printf 'ENVI\nsamples = 9\n' >envi.hdr # another program's header
     expect_done cvol info envi.img --dims 9x7x5 --type int16
@@ -499,6 +499,6 @@ cat report
 
 mkdir none
 expect_failure 1 'none: is a directory without slices' cvol info none
-expect_failure 2 'in.nrrd: channel 1 was requested, but it has 1' cvol info in.nrrd --channel 1
+expect_failure 2 'in.nrrd: has one channel, number 0; number 1 was requested' cvol info in.nrrd --channel 1
 expect_done cvol decompress in.cvol in.mha
 expect_failure 2 'in.mha: is a MetaImage file; cvol reads one channel from such files' cvol info in.mha --channel 0

@@ -33,7 +33,7 @@ expect_failure 2 '0 of 1 arguments given' cvol compress
 
 expect_done cvol a.cvol --help
 head -n 1 "$out" | grep -q '^usage: cvol view' || fail 'cvol FILE must be cvol view FILE'
-expect_failure 2 "unknown command 'b.cvol'" cvol b.cvol
+expect_failure 2 'b.cvol: is no file, and no command; see cvol --help' cvol b.cvol
 
 # ---- pictures for the web ------------------------------------------------------------------------
 
@@ -110,6 +110,9 @@ done
 echo '{"points": [[1000, 1, 0, 0, 0], [2000, 1, 0, 0, 1]]}' >beyond.json
 expect_status 0 cvol render a.cvol -o empty.png --size 32 --transfer beyond.json
 grep -q 'shows none of the values' "$err" || fail 'must state the range of the values'
+head -c 256 /dev/zero | tr '\0' '\377' >nan.raw
+expect_status 0 cvol render nan.raw -o empty.png --size 32 --dims 4x4x4 --type float32
+grep -q 'the picture is empty: no sample has a value' "$err" || fail 'must state that all samples are NaN'
 echo 'some text' >text.nii.gz
 expect_failure 1 'is not a NIfTI file' cvol render text.nii.gz -o x.png
 

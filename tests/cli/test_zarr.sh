@@ -30,7 +30,7 @@ expect_failure 2 'image.ome.zarr: has 3 channels; choose one with --channel 0 to
     cvol compare image.ome.zarr image.ome.zarr
 expect_failure 2 'image.ome.zarr: has 2 volumes; choose one with --time 0 to 1' \
     cvol compare image.ome.zarr image.ome.zarr --channel 0
-expect_failure 2 'image.ome.zarr: channel 3 was requested, but it has 3' \
+expect_failure 2 'image.ome.zarr: has 3 channels, 0 to 2; number 3 was requested' \
     cvol render image.ome.zarr -o x.png --channel 3
 expect_failure 2 'v3.ome.zarr: has 3 channels; choose one with --channel 0 to 2 (0: α, 1: α, 2: α)' \
     cvol compare v3.ome.zarr v3.ome.zarr

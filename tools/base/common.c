@@ -349,9 +349,11 @@ int need_array(cvol_context *context, input *in, const char *path, int block,
         return EXIT_DONE;
     clear_progress();
     fprintf(stderr,
-            "cvol: %s: was compressed in memory first, at 1/%.1f; run cvol compress once to avoid "
-            "this\n",
-            path, report.ratio);
+            report.ratio < 1 ? "cvol: %s: was compressed in memory first, at %.3g times the raw "
+                               "samples; run cvol compress once to avoid this\n"
+                             : "cvol: %s: was compressed in memory first, at 1/%.1f; run cvol "
+                               "compress once to avoid this\n",
+            path, report.ratio < 1 ? 1 / report.ratio : report.ratio);
     return EXIT_DONE;
 }
 

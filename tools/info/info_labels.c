@@ -21,10 +21,12 @@ int check_whole_samples(const input *in, const char *path)
 {
     if (!in->array || has_whole_samples(in))
         return EXIT_DONE;
-    return report_error(EXIT_MISUSED, "%s: its samples are not %s, so no labels", path,
-                        cvol_type_is_integer(cvol_array_grid(in->array)->type)
-                            ? "exact (compressed without loss)"
-                            : "whole numbers");
+    if (!cvol_type_is_integer(cvol_array_grid(in->array)->type))
+        return report_error(EXIT_MISUSED, "%s: its samples are not whole numbers, so no labels",
+                            path);
+    return report_error(EXIT_MISUSED, "%s: its samples are not exact, so no labels: %s", path,
+                        in->level ? "leave out --level"
+                                  : "compress the original with --labels yes");
 }
 
 int may_be_labels(cvol_context *context, const input *in, int least)

@@ -319,8 +319,13 @@ static void print_empty_note(cvol_context *context, const scene *s, const char *
         const int beyond = (p.value < h.min && i + 1 < count) || (p.value > h.max && i > 0);
         most = !beyond && p.opacity > most ? p.opacity : most;
     }
+    uint64_t samples = 0;
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
+        samples += h.bins[i];
     clear_progress();
-    if (most > 1e-3)
+    if (!samples)
+        fprintf(stderr, "cvol: %s: the picture is empty: no sample has a value\n", output);
+    else if (most > 1e-3)
         fprintf(stderr,
                 "cvol: %s: the picture is empty: the camera or the clip shows no visible part\n",
                 output);
