@@ -9,6 +9,7 @@ from typing import Any, Iterable, Optional, Sequence, Union
 
 from . import _abi
 from ._call import ArgumentError, Call, Handle, out_pointer, path_bytes
+from ._store import output_bytes
 from ._volume import Volume
 
 Path = Union[str, "os.PathLike[str]"]
@@ -111,7 +112,7 @@ def save_series(
     # One call for each step: in between, as in the code of a generator, Ctrl-C stops Python at once.
     try:
         with Call() as call:
-            call("series_writer_open", c.byref(writer), path_bytes(path), c.byref(o))
+            call("series_writer_open", c.byref(writer), output_bytes(path), c.byref(o))
         added = 0
         for added, volume in enumerate(volumes, 1):
             with volume._store.whole() as array, Call() as call:

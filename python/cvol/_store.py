@@ -14,7 +14,7 @@ import threading
 from typing import Any, Optional
 
 from . import _abi
-from ._call import Call, Error, Handle, MissingFileError, out_pointer, path_bytes
+from ._call import ArgumentError, Call, Error, Handle, MissingFileError, out_pointer, path_bytes
 from ._geometry import copy_grid
 
 _free = c.CDLL(None).free  # of memory that the library allocated with malloc
@@ -22,6 +22,17 @@ _free.argtypes, _free.restype = [c.c_void_p], None
 
 REACH = 2  # samples at a face of a brick that also need the next brick: blocks overlap through filters
 Box = tuple[tuple[int, int, int], tuple[int, int, int]]
+
+
+def output_bytes(path: Any) -> bytes:
+    """The path of a .cvol file to write, as bytes. ArgumentError: its ending is that of another format, as of the file
+    that the volume was opened from."""
+    name = path_bytes(path)
+    for ending in _abi.functions["volume_formats"]().split():
+        if name.lower().endswith(ending):
+            raise ArgumentError(f"{os.fspath(path)}: a .cvol file has no name that ends in {ending.decode()}: give "
+                                "another name, or write that format by cvol.write")  # fmt: skip
+    return name
 
 
 def identity(path: str) -> tuple[int, ...]:

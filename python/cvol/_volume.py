@@ -16,13 +16,13 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from . import _abi
 from ._algebra import Algebra
-from ._call import Call, Handle, Progress, options, path_bytes
+from ._call import Call, Handle, Progress, options
 from ._geometry import TYPES, Geometry, address, grid_geometry, grid_shape, samples_of, type_number
 from ._index import select
 from ._levels import COARSEST, Level
 from ._numpy import NumpyArray
 from ._picture import encode_png
-from ._store import Store, info_of
+from ._store import Store, info_of, output_bytes
 from ._view import View, picture_html
 
 _TRANSFORMS = {1: "dct", 2: "dht", 3: "dft"}
@@ -317,14 +317,14 @@ class Volume(NumpyArray, Algebra):
 
     def save(self, path: Union[str, os.PathLike[str], BinaryIO]) -> int:
         """Writes a .cvol file, which gets its name only when it is complete; or writes its bytes to an object with
-        write(), such as io.BytesIO. Returns the bytes of the file."""
+        write(), such as io.BytesIO. Returns the bytes of the file. `cvol.write` writes other formats."""
         if hasattr(path, "write"):
             data = self.to_bytes()
             path.write(data)
             return len(data)
-        count = c.c_uint64()
+        count, name = c.c_uint64(), output_bytes(path)
         with self._store.whole() as array, Call() as call:
-            call("array_write", array, path_bytes(path), c.byref(count))
+            call("array_write", array, name, c.byref(count))
         return count.value
 
     def to_bytes(self) -> bytes:

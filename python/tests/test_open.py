@@ -32,6 +32,19 @@ def test_formats(tmp_path, small, name):
         assert v.spacing == (2, 1, 0.5)
 
 
+def test_save_keeps_files_of_other_formats(tmp_path, small):
+    """save() writes .cvol: it refuses names of other formats, such as that of the opened file."""
+    path = tmp_path / "a.nii.gz"
+    cvol.write(path, small)
+    data = path.read_bytes()
+    v = cvol.open(path)
+    for save in (v.save, lambda name: cvol.save_series(name, [v, v])):
+        with pytest.raises(cvol.ArgumentError, match=r"a\.nii\.gz: a \.cvol file .* \.nii\.gz: give another name"):
+            save(path)
+    assert path.read_bytes() == data
+    assert v.save(tmp_path / "without_ending") > 0
+
+
 @pytest.mark.skipif(".tif" not in cvol.formats(), reason="built without TIFF")
 def test_units_of_ome(tmp_path, small):
     """Each axis has a unit; spacings are converted to that of x."""
