@@ -86,12 +86,15 @@ def open(  # pylint: disable=redefined-builtin
 def _open_path(
     path: str, time: Optional[int], channel: Optional[int], compress: Union[bool, Mapping[str, object]]
 ) -> Union[Volume, DenseVolume]:
-    f = _abi.functions
-    if is_zarr(path) or not f["file_is_cvol"](path_bytes(path)) and f["file_is_volume"](path_bytes(path)):
+    f, is_cvol = _abi.functions, _abi.functions["file_is_cvol"](path_bytes(path))
+    if is_zarr(path) or not is_cvol and f["file_is_volume"](path_bytes(path)):
         reading = Reading(channel=channel, number=time)
         if compress is False:
             return DenseVolume.of(*read_samples(path, reading))
         return Volume(DenseStore(path, reading, {"lossless": True} if compress is True else compress))
+    if not is_cvol and os.path.isfile(path) and not path.endswith(".cvol"):
+        raise FormatError(f"{path}: is not a .cvol file, and no volume that is known by content or name; raw samples "
+                          "need cvol.read(path, shape=(nz, ny, nx), dtype=...)")  # fmt: skip
     volume = Volume(Store.open(path, (time or 0, channel or 0)))
     if channel is None and contents(path).colours:
         warnings.warn(f"{path}: has colours, and this is its first component: cvol.open_colours opens all of them; "

@@ -67,6 +67,8 @@ def _create(array: int, transfer: Any, rescale: Optional[tuple[float, float]]) -
         if is_file(transfer):
             return _read(array, transfer)
         assert isinstance(transfer, str)
+        if transfer not in names():
+            raise ArgumentError(f"no transfer function is named {transfer}; there are: {' '.join(names())}")
         histogram = histogram_of(array)
         name = transfer.encode()
         with Call() as call:

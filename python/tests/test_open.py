@@ -32,6 +32,16 @@ def test_formats(tmp_path, small, name):
         assert v.spacing == (2, 1, 0.5)
 
 
+def test_unknown_files_and_names(tmp_path, small):
+    path = tmp_path / "notes.txt"
+    path.write_text("no volume")
+    with pytest.raises(cvol.FormatError, match=r"notes.txt: is not a .cvol file, and no volume .* cvol.read\(path"):
+        cvol.open(path)
+    with cvol.compress(small, lossless=True) as v:
+        with pytest.raises(cvol.ArgumentError, match="no transfer function is named bones; .* bone .* ct-bone"):
+            v.render(transfer="bones", size=16)
+
+
 def test_save_keeps_files_of_other_formats(tmp_path, small):
     """save() writes .cvol: it refuses names of other formats, such as that of the opened file."""
     path = tmp_path / "a.nii.gz"
