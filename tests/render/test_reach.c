@@ -304,14 +304,63 @@ static void test_exposure_without_steps(void **state)
     assert_true(exposure[CELLS / 2] < 0.8 * exposure[0]);
 }
 
+/* Opaque balls, lit from the side: where the longest axis of the way to the eye changes, the
+ * exposure does not jump. */
+static void test_exposure_at_diagonals(void **state)
+{
+    (void)state;
+    enum { CELLS = 24 };
+    const cvol_grid grid = {.dims = {2 * CELLS, 2 * CELLS, 2 * CELLS}, .spacing = {1, 1, 1}};
+    cvol_coarse coarse = {.dims = {CELLS, CELLS, CELLS}, .pitch = {2, 2, 2}, .length = {2, 2, 2}};
+    const size_t count = cvol_coarse_count(&coarse);
+    float *extinction = calloc(count, sizeof *extinction),
+          *factors = calloc(count, sizeof *factors);
+    coarse.values = calloc(count, sizeof *coarse.values);
+    for (size_t i = 0; i < count; i++) {
+        const double x = (double)(i % CELLS), y = (double)(i / CELLS % CELLS),
+                     z = (double)(i / CELLS / CELLS);
+        const double ball = fmin(hypot(hypot(x - 7, y - 8), z - 12),
+                                 hypot(hypot(x - 17, y - 14), z - 11));
+        extinction[i] = ball < 5 ? 3 : 0;
+        factors[i] = (float)(0.4 + 0.6 * (x + z) / (2 * CELLS));
+    }
+    for (int k = 0; k < 4; k++) {
+        cvol_render_options options = cvol_render_options_defaults();
+        double exposure[2];
+        cvol_render_options_set_studio(&options);
+        options.mode = CVOL_MODE_ISO;
+        options.camera.elevation_deg = 10;
+        for (int side = 0; side < 2; side++) {
+            cvol_view view;
+            options.camera.azimuth_deg = 45 + 90 * k + (side ? 0.01 : -0.01);
+            assert_int_equal(cvol_view_make(context, &view, &grid, &options), CVOL_OK);
+            assert_int_equal(cvol_exposure_find(context, &exposure[side],
+                                                &(cvol_lit_cells){&coarse, extinction, factors},
+                                                &grid, NULL, &view, &options),
+                             CVOL_OK);
+        }
+        if (test_verbose())
+            print_message("%d: %.4f %.4f\n", k, exposure[0], exposure[1]);
+        assert_true(fabs(exposure[1] / exposure[0] - 1) < 0.002);
+    }
+    free(coarse.values);
+    free(extinction);
+    free(factors);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
-        TEST(test_plate),      TEST(test_oblique),
-        TEST(test_engines),    TEST(test_kinds),
-        TEST(test_brightness), TEST(test_in_view),
-        TEST(test_refusals),   TEST(test_exposure_without_steps),
+        TEST(test_plate),
+        TEST(test_oblique),
+        TEST(test_engines),
+        TEST(test_kinds),
+        TEST(test_brightness),
+        TEST(test_in_view),
+        TEST(test_refusals),
+        TEST(test_exposure_without_steps),
+        TEST(test_exposure_at_diagonals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -20,6 +20,8 @@
  * be a flicker while a volume turns. */
 #define WHITE_FEW 0.1
 #define WHITE_MANY 0.2
+/* Sweeps along axes that have this share of the longest count too. */
+#define NEARLY 0.8
 /* Levels of brightness that are counted, up to the last. */
 #define LEVELS 256
 #define LEVEL_MOST 4.0
@@ -187,6 +189,23 @@ static double range_of(const cvol_coarse *coarse)
     return (double)(most - least);
 }
 
+/* A sweep along each axis that is nearly the longest of the way to the eye, and its weight. A
+ * single sweep would change its axis, and with it the exposure, at one angle of a turn. */
+static void find_sweeps(double directions[3][3], double share[3], const double eye[3],
+                        const cvol_coarse *coarse)
+{
+    double most = 0;
+    for (int a = 0; a < 3; a++)
+        most = fmax(most, fabs(eye[a]) / coarse->length[a]);
+    for (int a = 0; a < 3; a++) {
+        const double along = fabs(eye[a]) / coarse->length[a] / most;
+        share[a] = fmax((along - NEARLY) / (1 - NEARLY), 0);
+        memcpy(directions[a], eye, sizeof directions[a]);
+        if (along < 1) /* the sweep goes along this axis, at the next direction where it does */
+            directions[a][a] *= 1.0001 / fmax(along, NEARLY);
+    }
+}
+
 int cvol_exposure_find(cvol_context *context, double *exposure, const cvol_lit_cells *cells,
                        const cvol_grid *grid, const cvol_transfer *transfer, const cvol_view *view,
                        const cvol_render_options *options)
@@ -197,7 +216,6 @@ int cvol_exposure_find(cvol_context *context, double *exposure, const cvol_lit_c
     brightness_job job = {
         .cells = cells, .transfer = transfer, .options = options, .view = view, .step = 1};
     cvol_sweep sweep = {.keep = 1};
-    memcpy(sweep.way, view->eye, sizeof sweep.way);
     for (int a = 0; a < 3; a++) {
         job.light[a] = length > 0 ? given[a] / length : view->eye[a];
         job.rise[a] = 0.5 * view->mean_spacing / (cells->coarse->pitch[a] * grid->spacing[a]);
@@ -211,10 +229,20 @@ int cvol_exposure_find(cvol_context *context, double *exposure, const cvol_lit_c
     job.cells_seen = cvol_allocate(count, sizeof *job.cells_seen);
     if (!job.cells_seen)
         return cvol_fail_memory(context, count * sizeof *job.cells_seen, "the light in a volume");
-    const int code = cvol_sweep_run(context, cells->coarse, cells->extinction, &sweep,
-                                    add_brightness, &job);
+    double sum = 0, weights = 0, directions[3][3], share[3];
+    find_sweeps(directions, share, view->eye, cells->coarse);
+    int code = CVOL_OK;
+    for (int a = 0; a < 3 && !code; a++) {
+        if (!(share[a] > 0))
+            continue;
+        memcpy(sweep.way, directions[a], sizeof sweep.way);
+        code = cvol_sweep_run(context, cells->coarse, cells->extinction, &sweep, add_brightness,
+                              &job);
+        sum += code ? 0 : share[a] * choose_exposure(&job, count);
+        weights += share[a];
+    }
     if (!code)
-        *exposure = choose_exposure(&job, count);
+        *exposure = sum / weights;
     free(job.cells_seen);
     return code;
 }
