@@ -59,6 +59,24 @@ test("dragging turns, with shift it pans, the wheel zooms", async () => {
   return page;
 });
 
+test("the scale bar has the length that it names", async () => {
+  const page = await open();
+  const diagonal = Math.hypot(150, 184.5, 157.5); // of the brain, in mm
+  for (const viewport of [{ width: 1280, height: 800 }, { width: 390, height: 844 }]) {
+    await page.setViewportSize(viewport);
+    await settled(page);
+    const [text, width, height] = await page.evaluate(() => [
+      document.querySelector("#scale").textContent,
+      parseFloat(getComputedStyle(document.querySelector("#scale"), "::after").width),
+      document.querySelector("#canvas").getBoundingClientRect().height,
+    ]);
+    const { zoom } = (await stateOf(page)).view.camera;
+    assert.match(text, /^\d+ mm \(assumed\)$/); // the file states no unit
+    assert.ok(Math.abs((width * diagonal) / zoom / height - parseFloat(text)) < 0.02 * parseFloat(text));
+  }
+  return page;
+});
+
 test("the page shows motion pictures while the mouse is down, then a still picture", async () => {
   const page = await open();
   await page.evaluate(() => (window.cvolTimings.length = 0));

@@ -58,7 +58,7 @@ int command_multiply(int argc, char **argv)
     int explained = 0;
     const option_spec specs[] = {
         RESULT_OPTIONS(a),
-        {"--plan", "PLAN", "method: auto (default), direct, grid, full, sparse or low", OPTION_TEXT,
+        {"--plan", "PLAN", "method: auto (default), blocks; of whole arrays: direct, grid, full, sparse or low", OPTION_TEXT,
          &plan_name, 0, NULL},
         {"--explain", NULL, "print the chosen plan and the reason", OPTION_FLAG, &explained, 0,
          NULL},

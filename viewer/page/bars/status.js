@@ -53,7 +53,7 @@ export function mountStatus(footer) {
       frame.title = [
         `Rendering ${ms(server.render_ms)} ms, encoding ${ms(server.encode_ms)} ms, waiting ${ms(server.queue_ms)} ms`,
         `From request to screen ${ms(timing.shown - timing.requested)} ms`,
-        `${bytesText(server.bytes ?? 0)}, ${server.threads ?? "?"} threads`,
+        `${bytesText(server.bytes ?? 0)}, ${server.threads ?? "?"} ${server.threads === 1 ? "thread" : "threads"}`,
       ].join("\n");
     },
     // Show busy only if it lasts.

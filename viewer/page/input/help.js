@@ -46,7 +46,7 @@ export function mountHelp(dialog, about) {
     if (dialog.open) return dialog.close();
     const { program, threads } = about() ?? {};
     version.textContent = program
-      ? `cvol ${program}, ${threads} threads. The link in the address bar restores this view.`
+      ? `cvol ${program}, ${threads} ${threads === 1 ? "thread" : "threads"}. The link in the address bar restores this view.`
       : "";
     dialog.showModal();
   };

@@ -218,8 +218,9 @@ export function mountOverlay(svg, scaleBar, view3d) {
     if (!parallel) return;
     const pixel = pixelLength(view.camera, volume, frame.height);
     const length = roundLength(pixel * Math.min(260, Math.max(90, frame.width * 0.2)));
-    scaleBar.style.width = `${Math.max(30, length / pixel)}px`;
-    scaleBar.firstElementChild.textContent = lengthText(length, volume.unit);
+    const assumed = !volume.unit && volume.patient; // as in cvol render --annotate
+    scaleBar.style.setProperty("--length", `${length / pixel}px`);
+    scaleBar.firstElementChild.textContent = lengthText(length, assumed ? "mm" : volume.unit) + (assumed ? " (assumed)" : "");
   }
 
   return function draw() {
