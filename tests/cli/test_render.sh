@@ -22,6 +22,15 @@ expect_number "$(value_of render_ms)" '>' 0
 expect_done cvol render a.cvol -o a.png --size 64 --threads 2 --json
 expect_equal "$(value_of height)" 64
 expect_equal "$(value_of threads)" 2
+# Black and white are values, like those of --window.
+expect_done cvol render a.cvol -o mip.png --size 32 --mode mip --json
+black=$(value_of grey.0)
+white=$(value_of grey.1)
+expect_done cvol render a.cvol -o mip.png --size 32 --mode mip --json --rescale 2,10
+expect_near "$(value_of grey.0)" "$(echo "$black" | awk '{ print 2 * $1 + 10 }')" 0.001
+expect_near "$(value_of grey.1)" "$(echo "$white" | awk '{ print 2 * $1 + 10 }')" 0.001
+expect_done cvol render a.cvol -o mip.png --size 32 --mode mip --json --rescale 2,10 --window 200,100
+expect_equal "$(value_of grey.0) $(value_of grey.1)" '150.0 250.0'
 expect_done cvol render a.cvol -o default.png --json
 expect_equal "$(value_of width)x$(value_of height)" 512x512
 expect_done cvol render a.cvol -o a.png --size 64

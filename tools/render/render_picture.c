@@ -464,5 +464,7 @@ void describe_view(json_t *object, cvol_context *context, const scene *s, const 
         return;
     if (has_window(s))
         memcpy(range, s->options.window, sizeof range);
+    for (int k = 0; k < 2; k++) /* as values, like --window */
+        range[k] = s->rescale[0] * range[k] + s->rescale[1];
     json_object_set_new(object, "grey", json_pack("[f, f]", range[0], range[1]));
 }
