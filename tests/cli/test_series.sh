@@ -138,6 +138,12 @@ END
             expect_equal "$(value_of max_abs_error)" 0.0
         done
     done
+    # Channels keep the times of their files.
+    expect_done cvol info four.nii --json
+    expect_equal "$(value_of time_values.3)" 4.5
+    expect_done cvol compress four.nii four.nii -o pair.cvol --as channels --lossless
+    expect_done cvol info pair.cvol --json
+    expect_equal "$(value_of times) $(value_of channels) $(value_of time_values.3)" '4 2 4.5'
     # Of two operands, each that has several volumes is read at the chosen time, whatever its format.
     raw_three='--dims 8x7x6 --spacing 2,2,3'
     expect_done cvol compress four.nii -o four.cvol --lossless

@@ -292,8 +292,9 @@ static int write_series(series_job *job)
     return EXIT_DONE;
 }
 
-/* Finds names and times: of one file all of them; with --as channels the name of each file; of
- * files that are times the channels of the first one. Files do not know their distance in time. */
+/* Finds names and times: of one file all of them; with --as channels the name of each file, and the
+ * times of the first one; of files that are times the channels of the first one. Files do not know
+ * their distance in time. */
 static int find_stored_labels(series_job *job)
 {
     const volume_list *inputs = job->inputs;
@@ -310,6 +311,12 @@ static int find_stored_labels(series_job *job)
         if (!status) {
             job->stored.names[c] = one.names[0];
             one.names[0] = NULL;
+        }
+        if (!status && c == 0) {
+            job->stored.times = one.times;
+            job->stored.unit = one.unit;
+            one.times = NULL;
+            one.unit = NULL;
         }
         free_labels(&one);
     }
