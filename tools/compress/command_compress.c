@@ -16,8 +16,9 @@ static const char description[] =
     "keeps geometry and sample type.\n"
     "\n"
     "Several volumes of the same shape (given with -o, or in a 4-D file, or as channels) become\n"
-    "one series; commands that read it choose a volume by --time and --channel. Inputs in\n"
-    "alphabetical order are sorted by number: run_2 before run_10.\n"
+    "one series; commands that read it choose a volume by --time and --channel. Each volume\n"
+    "keeps the target, and the list of volumes adds some bytes. Inputs in alphabetical order\n"
+    "are sorted by number: run_2 before run_10.\n"
     "\n"
     "A PNG becomes a compressed picture, OUT.cvi, by --ratio (raw pixel bytes / file bytes) or\n"
     "--psnr.";

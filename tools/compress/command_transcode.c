@@ -12,7 +12,8 @@ static const char description[] =
     "error of the result is certified, not measured: the bound of the input plus the change\n"
     "of its samples; --psnr is the PSNR that this bound guarantees. Attributes and geometry\n"
     "stay the same. Compressing the original volume to the same size gives slightly better\n"
-    "quality. Labels, and a size that leaves less than 25 dB, need --force.";
+    "quality. Labels, and a size that leaves less than 25 dB, need --force. Of a series it\n"
+    "takes one volume; cvol compress takes all.";
 
 static const char examples[] = "  cvol transcode scan.cvol --ratio 100 small.cvol\n"
                                "  cvol transcode scan.cvol small.cvol --bpv 0.1\n"
