@@ -18,8 +18,8 @@ static const size_t dims[3] = {NX, NY, NZ}, zero[3] = {0, 0, 0};
 
 /* ---- operands -------------------------------------------------------------------------------- */
 
-/* What is around a body. */
-typedef enum around { BACKGROUND, VOID, NOTHING } around;
+/* What is around a body; FACE: a background that ends at the faces of blocks. */
+typedef enum around { BACKGROUND, FACE, VOID, NOTHING } around;
 
 typedef struct body {
     around around;
@@ -44,7 +44,7 @@ static cvol_array *make_body(const body *of, uint64_t seed)
         const double x = (double)(i % NX), y = (double)(i / NX % NY), z = (double)(i / NX / NY);
         samples[i] = (float)(70 + 15 * sin(x / 5 + (double)seed) * cos(y / 6) + 9 * sin(z / 4) +
                              random_signed(&r));
-        if (of->around != NOTHING && !is_inside(i, of->shift))
+        if (of->around == FACE ? i % NX < 16 : of->around != NOTHING && !is_inside(i, of->shift))
             samples[i] = (float)of->value;
     }
     cvol_compress_options options = cvol_compress_options_defaults();
@@ -54,7 +54,7 @@ static cvol_array *make_body(const body *of, uint64_t seed)
     options.lapped = of->lapped;
     options.has_fill = of->around == VOID;
     options.fill = of->value;
-    options.background = of->around == BACKGROUND ? CVOL_BACKGROUND_VALUE : CVOL_BACKGROUND_NONE;
+    options.background = of->around <= FACE ? CVOL_BACKGROUND_VALUE : CVOL_BACKGROUND_NONE;
     options.background_value = of->value;
     cvol_array *array;
     if (cvol_compress(context, &array, NULL, samples, &volume.grid, &options))
@@ -184,10 +184,10 @@ static void add_and_multiply(const operand *x, const operand *y)
 static void test_two_operands(void **state)
 {
     (void)state;
-    static const body bodies[] = {{BACKGROUND, 0, 0, 1},     {BACKGROUND, 0, 0.2, 1},
-                                  {BACKGROUND, -40, 0.1, 1}, {BACKGROUND, 7, 0, 0},
-                                  {NOTHING, 0, 0, 1},        {NOTHING, 0, 0, 0},
-                                  {VOID, 1e35, -0.2, 1},     {VOID, -9999, 0.1, 0}};
+    static const body bodies[] = {
+        {BACKGROUND, 0, 0, 1}, {BACKGROUND, 0, 0.2, 1}, {BACKGROUND, -40, 0.1, 1},
+        {BACKGROUND, 7, 0, 0}, {NOTHING, 0, 0, 1},      {NOTHING, 0, 0, 0},
+        {VOID, 1e35, -0.2, 1}, {VOID, -9999, 0.1, 0},   {FACE, -40, 0, 1}};
     enum { BODIES = sizeof bodies / sizeof *bodies };
     operand first[BODIES], second[BODIES];
     for (int k = 0; k < BODIES; k++) {

@@ -14,6 +14,9 @@
 #include "array/truncate/result_block.h"
 #include "base/cpu.h"
 
+/* Samples of a neighbour that the filter of a lapped result reads. */
+enum { REACH = 2 };
+
 CVOL_SIMD_DECLARE(void, cvol_block_product,
                   (float *out, int box[3], const cvol_product_factor *a,
                    const cvol_product_factor *b, int block_log2, cvol_product_work *work));
@@ -63,9 +66,12 @@ static int produce_masked(const factors *f, cvol_dense_block *block, size_t inde
     return CVOL_OK;
 }
 
+/* 1 if the block must be multiplied from samples, in which the background is replaced. The boxes of
+ * lapped results overlap, and there all must have the same samples. */
 static int differs(const factors *f, size_t index)
 {
-    return f->operands && cvol_masked_operands_differ(f->operands, index, 0);
+    return f->operands &&
+           cvol_masked_operands_differ(f->operands, index, f->shape->lapped ? REACH : 0);
 }
 
 static int produce_mixed_product(const void *user, cvol_dense_block *block, size_t index,
