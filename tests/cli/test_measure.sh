@@ -48,6 +48,21 @@ expect_done cvol measure lossy.cvol
 grep -q 'in range' "$out" && fail 'must not print a range without limits'
 grep -q '^  standard deviation .* +- ' "$out" || fail 'must print the deviation'
 
+# Doubles below the least float: evaluation in single precision rounds them to 0, and the error says so.
+{
+    printf 'NRRD0004\ntype: double\ndimension: 3\nsizes: 16 16 16\nencoding: ascii\n\n'
+    awk 'BEGIN { for (i = 0; i < 4096; i++) printf "%de-50\n", i * 7919 % 1000 }'
+} >small.nrrd
+expect_done cvol compress small.nrrd small.cvol --lossless
+expect_done cvol measure small.cvol --json
+mean=$(value_of mean)
+error=$(value_of mean_error)
+awk -v mean="$mean" -v error="$error" 'BEGIN {
+    for (i = 0; i < 4096; i++) sum += i * 7919 % 1000
+    off = mean - sum / 4096 * 1e-50
+    exit !((off < 0 ? -off : off) <= error)
+}' || fail "mean $mean, error $error"
+
 expect_failure 2 '--ellipsoid cannot be combined' cvol measure exact.cvol --ellipsoid --above 3
 expect_failure 2 '0 of 1 arguments' cvol measure
 expect_failure 2 '--above is 5, more than --below, 3' cvol measure exact.cvol --above 5 --below 3

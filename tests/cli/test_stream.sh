@@ -61,6 +61,14 @@ done <<END
 --fill nan
 --background auto
 END
+# Samples below the least normal float have no step that codes them.
+{
+    printf 'NRRD0004\ntype: float\ndimension: 3\nsizes: 20 20 20\nencoding: ascii\n\n'
+    awk 'BEGIN { for (i = 0; i < 8000; i++) printf "%de-42\n", i % 7 * 3 - 9 }'
+} >small.nrrd
+expect_status 1 cvol compress small.nrrd x.cvol --psnr 60 --stream
+grep -q 'small.nrrd: coefficients are too large for so fine a step: ' "$err" || fail 'must print a reason'
+expect_done cvol compress small.nrrd x.cvol --psnr 60
 # NaN is stored as missing only in a volume that is in memory.
 sed 's/^1e35$/nan/' text.raw >nan.raw
 { head -6 marked.nrrd && cat nan.raw; } >nan.nrrd

@@ -13,10 +13,11 @@ static int fits_float(const cvol_array *array)
             cvol_error_bound_largest(&array->error_bound) <= 1 << 24);
 }
 
-/* The rounding of exact samples to floats. */
+/* The rounding of exact samples to floats, also to those below the least normal one. */
 static double float_rounding(const cvol_array *array)
 {
-    return fits_float(array) ? 0 : ldexp(cvol_error_bound_largest(&array->error_bound), -24);
+    const double largest = cvol_error_bound_largest(&array->error_bound);
+    return fits_float(array) ? 0 : ldexp(largest, -24) + 0x1p-150;
 }
 
 int cvol_array_has_exact_background(const cvol_array *array)

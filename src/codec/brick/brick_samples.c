@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "base/context.h"
 #include "base/memory.h"
 #include "codec/brick/brick_internal.h"
 #include "codec/quantize/split_extension.h"
@@ -190,4 +191,13 @@ int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes subbands[CVOL_SUBBANDS],
         cvol_brick_maker_count(maker, recipe->counts);
     *error += cvol_brick_choose_again(maker->coder, recipe->costs);
     return cvol_brick_finish(maker->coder, subbands) ? CVOL_OK : CVOL_ERROR_MEMORY;
+}
+
+int cvol_brick_check(cvol_context *context, int code)
+{
+    if (code == CVOL_ERROR_TARGET)
+        return cvol_fail(context, code,
+                         "coefficients are too large for so fine a step: ask for less quality, or "
+                         "for lossless compression");
+    return code == CVOL_ERROR_MEMORY ? cvol_fail_memory(context, (size_t)4 << 20, "a brick") : code;
 }

@@ -30,6 +30,8 @@ typedef struct cvol_brick_recipe {
  * CVOL_ERROR_TARGET if the step is too small for a value; without a message. */
 int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes subbands[CVOL_SUBBANDS], double *error,
                     const cvol_brick_recipe *recipe, const float *cells, size_t brick);
+/* Passes on the code of cvol_brick_make, with a message for an error. */
+int cvol_brick_check(cvol_context *context, int code);
 /* Adds the last brick's tokens to the counts. */
 void cvol_brick_maker_count(const cvol_brick_maker *maker, cvol_token_counts *counts);
 /* The terms of the last brick made with `kept`; owned by the maker, valid until its next use. */

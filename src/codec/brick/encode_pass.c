@@ -178,8 +178,7 @@ static int take_brick(cvol_context *context, cvol_encode_result *out, const cvol
 
 static int check_brick(cvol_context *context, const strip_brick *brick)
 {
-    return brick->code == CVOL_ERROR_MEMORY ? cvol_fail_memory(context, (size_t)1 << 20, "a brick")
-                                            : brick->code;
+    return cvol_brick_check(context, brick->code);
 }
 
 /* Adds up the results of bricks, and passes their bytes on. */

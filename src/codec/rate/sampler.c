@@ -228,9 +228,7 @@ int cvol_sampler_run(cvol_context *context, cvol_encode_result *out, cvol_token_
     run(sampler, results, counts, &recipe, stride, cvol_context_threads(context));
     free(costs);
     for (size_t i = 0; i < sampler->count && !code; i += stride) {
-        code = results[i].code == CVOL_ERROR_MEMORY
-                   ? cvol_fail_memory(context, (size_t)4 << 20, "a brick")
-                   : results[i].code;
+        code = cvol_brick_check(context, results[i].code);
         const cvol_brick_box box = cvol_brick_box_of(shape, sampler->bricks[i]);
         out->bytes += results[i].bytes;
         out->samples += cvol_brick_box_blocks(&box) * cvol_array_block_terms(shape);

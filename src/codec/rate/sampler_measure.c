@@ -212,8 +212,7 @@ int cvol_sampler_measure(cvol_context *context, double *share, const cvol_sample
         samples += found.faces > 0 ? found.samples - (found.samples - found.filtered) / found.faces
                                    : found.filtered;
     }
-    if (code == CVOL_ERROR_MEMORY)
-        code = cvol_fail_memory(context, (size_t)4 << 20, "a brick");
+    code = cvol_brick_check(context, code);
     *share = coefficients > 0 && samples > 0 ? samples / coefficients : 1;
     if (unclamped > 0)
         *share *= clamped / unclamped;
