@@ -61,6 +61,16 @@ done <<END
 --fill nan
 --background auto
 END
+# Labels are not compressed with loss unless an option accepts that; here the file says what they are.
+cp in.nrrd labels.seg.nrrd
+expect_status 1 cvol compress labels.seg.nrrd x.cvol --stream
+grep -q 'samples are labels, which are compressed with loss slab by slab: leave out --stream, or give --labels no' "$err" ||
+    fail 'must not lose labels'
+expect_status 1 cvol compress labels.seg.nrrd labels.seg.nrrd -o x.cvol --stream
+for option in '--labels no' '--psnr 40'; do
+    expect_status 0 cvol compress labels.seg.nrrd x.cvol --stream $option
+done
+rm x.cvol
 # Samples below the least normal float have no step that codes them.
 {
     printf 'NRRD0004\ntype: float\ndimension: 3\nsizes: 20 20 20\nencoding: ascii\n\n'

@@ -241,6 +241,24 @@ static int compress_in_memory(cvol_context *context, compress_arguments *argumen
     return status;
 }
 
+int check_slab_labels(cvol_context *context, const compress_arguments *a, const char *path,
+                      cvol_type type)
+{
+    double sample = 0;
+    const cvol_volume none = {cvol_grid_make(1, 1, 1, type), &sample};
+    int are_labels;
+    if (a->labels == LABELS_NO || count_targets(a))
+        return EXIT_DONE;
+    const int code = cvol_volume_compute_is_labels(context, &are_labels, &none, path);
+    if (code)
+        return report_context_error(context, code, NULL);
+    return are_labels ? report_error(EXIT_FAILED,
+                                     "%s: samples are labels, which are compressed with loss slab "
+                                     "by slab: %sgive --labels no or a target to accept that",
+                                     path, a->stream ? "leave out --stream, or " : "")
+                      : EXIT_DONE;
+}
+
 static int compress_by_slab(cvol_context *context, compress_arguments *arguments, const method *m,
                             slab_input *in, const char *out_path)
 {
@@ -249,7 +267,9 @@ static int compress_by_slab(cvol_context *context, compress_arguments *arguments
     cvol_compress_report report = {0};
     cvol_array_info info;
     const cvol_grid grid = *slab_input_grid(in);
-    int status = find_attributes(&attributes, &none, arguments->attributes);
+    int status = check_slab_labels(context, arguments, in->path, grid.type);
+    if (!status)
+        status = find_attributes(&attributes, &none, arguments->attributes);
     if (!status)
         status = add_label_attributes(&attributes, arguments->label_file, in->path);
     if (!status) {

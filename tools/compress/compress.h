@@ -77,6 +77,10 @@ int report_low_psnr(const char *path, const char *reason);
 int report_compression_error(cvol_context *context, int code, const char *path,
                              const cvol_compress_options *options,
                              const cvol_compress_report *report);
+/* Refuses to lose labels slab by slab, if the file says that its samples are labels and no option
+ * accepts loss. Samples are not read. Exit status. */
+int check_slab_labels(cvol_context *context, const compress_arguments *a, const char *path,
+                      cvol_type type);
 /* Fills in the numbers that truncation does not report. */
 void fill_report(cvol_compress_report *report, const cvol_array *array);
 /* compress_attributes.c: the attributes in the file `path`, or, without one, those of a .cvol

@@ -143,7 +143,9 @@ static int add_slabs(series_job *job, compress_arguments *a, slab_input *in, con
     const cvol_grid grid = *slab_input_grid(in);
     if (has_other_type(job, grid.type))
         return EXIT_FAILED;
-    int status = find_attributes(&attributes, &none, a->attributes);
+    int status = check_slab_labels(job->context, a, path, grid.type);
+    if (!status)
+        status = find_attributes(&attributes, &none, a->attributes);
     if (!status)
         status = add_label_attributes(&attributes, a->label_file, path);
     options.attributes = attributes;
