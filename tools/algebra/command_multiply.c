@@ -58,8 +58,9 @@ int command_multiply(int argc, char **argv)
     int explained = 0;
     const option_spec specs[] = {
         RESULT_OPTIONS(a),
-        {"--plan", "PLAN", "method: auto (default), blocks; of whole arrays: direct, grid, full, sparse or low", OPTION_TEXT,
-         &plan_name, 0, NULL},
+        {"--plan", "PLAN",
+         "method: auto (default), blocks; of whole arrays: direct, grid, full, sparse or low",
+         OPTION_TEXT, &plan_name, 0, NULL},
         {"--explain", NULL, "print the chosen plan and the reason", OPTION_FLAG, &explained, 0,
          NULL},
         KEEP_OPTIONS(a),
