@@ -149,7 +149,7 @@ expect_no_file() {
     [ "$(ls -A folder)" = out.cvol ] || fail "remains: $(ls -A folder)"
 }
 expect_no_file 1 'none.nrrd: No such file' mpirun -n 3 "$mpi" compress none.nrrd folder/out.cvol
-expect_no_file 2 'stream needs' mpirun -n 2 "$mpi" compress long.nrrd folder/out.cvol --lossless
+expect_no_file 2 'cvol-mpi cannot be combined with --lossless: use cvol compress' mpirun -n 2 "$mpi" compress long.nrrd folder/out.cvol --lossless
 expect_no_file 1 'process 1 on .*none.nrrd: No such file' \
     mpirun -n 1 "$mpi" compress long.nrrd folder/out.cvol : -n 1 "$mpi" compress none.nrrd folder/out.cvol
 expect_no_file 1 'process 2 on .*none.nrrd: No such file' \

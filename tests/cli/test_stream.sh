@@ -84,7 +84,7 @@ sed 's/^1e35$/nan/' text.raw >nan.raw
 { head -6 marked.nrrd && cat nan.raw; } >nan.nrrd
 expect_done cvol compress nan.nrrd m.cvol --psnr 50
 expect_status 1 cvol compress nan.nrrd x.cvol --psnr 50 --stream
-grep -q 'in one slab 2000 samples are NaN .*; slab by slab they cannot be stored: leave out --stream' "$err" ||
+grep -q 'in one slab 2000 samples are NaN .*; slab by slab they cannot be stored: use cvol compress --fill nan, without --stream' "$err" ||
     fail 'must print how to store NaN'
 expect_failure 2 "--background 0 cannot be combined with --stream" cvol compress in.nrrd x.cvol --stream --background 0
 expect_failure 2 'transcode' cvol compress whole.cvol x.cvol --stream

@@ -255,7 +255,11 @@ int check_slab_labels(cvol_context *context, const compress_arguments *a, const 
     return are_labels ? report_error(EXIT_FAILED,
                                      "%s: samples are labels, which are compressed with loss slab "
                                      "by slab: %sgive --labels no or a target to accept that",
-                                     path, a->stream ? "leave out --stream, or " : "")
+                                     path,
+                                     compressor_of_streams != cvol_compress_stream
+                                         ? "use cvol compress, or "
+                                     : a->stream ? "leave out --stream, or "
+                                                 : "")
                       : EXIT_DONE;
 }
 

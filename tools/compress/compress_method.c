@@ -192,9 +192,11 @@ const char *option_against_streams(const compress_arguments *a, const method *m)
 int check_stream(const compress_arguments *a, const method *m)
 {
     const char *other = a->stream ? option_against_streams(a, m) : NULL;
+    const int by_processes = compressor_of_streams != cvol_compress_stream;
     return other ? report_error(EXIT_MISUSED,
-                                "--stream cannot be combined with %s: it needs DCT blocks of 16 "
-                                "and --ratio, --bpv or --psnr",
-                                other)
+                                "%s cannot be combined with %s: %s DCT blocks of 16 and --ratio, "
+                                "--bpv or --psnr",
+                                by_processes ? "cvol-mpi" : "--stream", other,
+                                by_processes ? "use cvol compress, or" : "it needs")
                  : EXIT_DONE;
 }

@@ -56,8 +56,9 @@ static int fail_nonfinite(cvol_context *context, const cvol_grid *grid, size_t c
         "%zu); %s",
         in_slab ? "in one slab " : "", count, count == 1 ? "sample is" : "samples are", x, y, z,
         first,
-        in_slab ? "slab by slab they cannot be stored: leave out --stream, and give --fill nan"
-                : "--fill VALUE replaces them");
+        in_slab
+            ? "slab by slab they cannot be stored: use cvol compress --fill nan, without --stream"
+            : "--fill VALUE replaces them");
 }
 
 static int scan_slices(cvol_context *context, double *min, double *max, const void *samples,
