@@ -23,6 +23,7 @@
 #include "render/light/exposure.h"
 #include "render/light/extinction.h"
 #include "render/light/sweep.h"
+#include "render/view/camera.h"
 #include "render/view/shading.h"
 
 /* The distance at which matter hides 1/e of what it would nearby, as a share of the longest side of
@@ -37,6 +38,9 @@
 #define OPAQUE_WEIGHT 0.02f
 /* The number of directions of the sky up to which sweeps are blurred as cones are. */
 #define BLURRED 12.0
+/* A face of the volume is a cut from the second mean opacity on, and none up to the first. */
+#define FACE_LEAST 0.01
+#define FACE_CUT 0.05
 
 int cvol_reach_suits(const cvol_render_options *options)
 {
@@ -321,6 +325,39 @@ static cvol_reach_cause cause_of(const cvol_view *view, const cvol_render_option
     out.samples = more->samples;
     out.all_known = 1;
     return out;
+}
+
+/* The mean opacity of the outermost cells at a face, which the empty cells around the volume
+ * surround. */
+static double opacity_of_face(const cvol_reach *reach, int axis, int is_upper)
+{
+    const size_t *n = reach->coarse.dims, strides[3] = {1, n[0], n[0] * n[1]};
+    const int across = axis == 0 ? 1 : 0, along = 3 - axis - across;
+    const double length = (reach->coarse.length[0] + reach->coarse.length[1] +
+                           reach->coarse.length[2]) /
+                          3;
+    const float *face = reach->extinction + (is_upper ? n[axis] - 2 : 1) * strides[axis];
+    double sum = 0;
+    for (size_t j = 1; j + 1 < n[along]; j++)
+        for (size_t i = 1; i + 1 < n[across]; i++)
+            sum += 1 - exp(-length * (double)face[i * strides[across] + j * strides[along]]);
+    return sum / ((double)(n[along] - 2) * (double)(n[across] - 2));
+}
+
+int cvol_reach_find_cuts(cvol_context *context, cvol_reach *reach, cvol_view *view,
+                         const cvol_grid *grid, const cvol_transfer *transfer,
+                         const cvol_render_options *options)
+{
+    const int code = find_matter(context, reach, grid, transfer, options);
+    const int thin = cvol_view_thin_axis(grid); /* its faces are cuts already */
+    for (int k = 0; k < 6 && !code; k++) {
+        const int axis = k / 2, is_upper = k % 2;
+        const double share = axis == thin ? 0 : opacity_of_face(reach, axis, is_upper);
+        if (share > FACE_LEAST)
+            cvol_view_add_face(view, grid, axis, is_upper,
+                               fmin((share - FACE_LEAST) / (FACE_CUT - FACE_LEAST), 1));
+    }
+    return code;
 }
 
 int cvol_reach_find(cvol_context *context, cvol_reach *reach, const cvol_grid *grid,

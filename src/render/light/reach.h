@@ -35,6 +35,11 @@ typedef struct cvol_reach {
 
 /* Returns 1 if a picture needs factors of light or an exposure. */
 int cvol_reach_suits(const cvol_render_options *options);
+/* Adds the faces of the volume that show matter to the cuts of a view: as a face of the clip, such
+ * a face would be lit by the noise of the matter. `transfer`: NULL in mode iso. Errors: MEMORY. */
+int cvol_reach_find_cuts(cvol_context *context, cvol_reach *reach, cvol_view *view,
+                         const cvol_grid *grid, const cvol_transfer *transfer,
+                         const cvol_render_options *options);
 /* Finds factors and exposure of a picture. `transfer`: NULL in mode iso. Errors: MEMORY. */
 int cvol_reach_find(cvol_context *context, cvol_reach *reach, const cvol_grid *grid,
                     const cvol_transfer *transfer, const cvol_view *view,

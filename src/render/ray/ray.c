@@ -110,9 +110,9 @@ static double factor_in_cells(const void *source, const double place[3])
     return cvol_reach_at(source, place);
 }
 
-/* Finds factors of light and the exposure. */
-static int find_reach(cvol_context *context, cvol_ray_state *ray, cvol_ray_light *light,
-                      const cvol_view *view, const cvol_render_options *options)
+/* Finds factors of light, the exposure, and cuts of the view. */
+static int find_reach(cvol_context *context, cvol_ray_state *ray, cvol_view *view,
+                      const cvol_render_options *options)
 {
     int code = CVOL_OK;
     if (!cvol_reach_suits(options))
@@ -123,16 +123,22 @@ static int find_reach(cvol_context *context, cvol_ray_state *ray, cvol_ray_light
             code = cvol_coarse_surround(context, &ray->reach.coarse);
     }
     if (!code)
-        code = cvol_reach_find(context, &ray->reach, &ray->grid, ray->transfer, view, options);
-    if (code)
-        return code;
+        code = cvol_reach_find_cuts(context, &ray->reach, view, &ray->grid, ray->transfer, options);
+    return code ? code
+                : cvol_reach_find(context, &ray->reach, &ray->grid, ray->transfer, view, options);
+}
+
+static void use_reach(cvol_ray_light *light, const cvol_ray_state *ray,
+                      const cvol_render_options *options)
+{
+    if (!cvol_reach_suits(options))
+        return;
     light->factor_at = factor_in_cells;
     light->source = &ray->reach;
     light->shading.ambient *= ray->reach.exposure;
     light->shading.diffuse *= ray->reach.exposure;
     light->shading.specular *= ray->reach.exposure;
     light->fill *= ray->reach.exposure;
-    return CVOL_OK;
 }
 
 /* Prepares rays of light, if the options want them. */
@@ -156,10 +162,13 @@ static int ray_draw(cvol_context *context, void *state, cvol_image *image, const
     cvol_ray_state *ray = state;
     cvol_ray_light light;
     cvol_ray_scattering scattering = {.job = NULL};
-    cvol_ray_job job = cvol_ray_job_make(ray, &light, view, options);
-    int code = find_reach(context, ray, &light, view, options);
-    if (!code)
-        code = find_scattering(context, &scattering, &light, &job, options);
+    cvol_view cut = *view;
+    int code = find_reach(context, ray, &cut, options);
+    if (code)
+        return code;
+    cvol_ray_job job = cvol_ray_job_make(ray, &light, &cut, options);
+    use_reach(&light, ray, options);
+    code = find_scattering(context, &scattering, &light, &job, options);
     if (!code && job.mode == CVOL_MODE_COMPOSITE)
         code = cvol_ray_table_make(context, &job.table, ray->transfer, ray->field.min,
                                    ray->field.max, job.table.step);

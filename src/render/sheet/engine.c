@@ -153,7 +153,7 @@ static int share_range(cvol_context *context, const cvol_sheet_state *state,
 }
 
 /* Finds the light that reaches places in the volume. */
-static int find_reach(cvol_context *context, cvol_sheet_state *state, const cvol_view *view,
+static int find_reach(cvol_context *context, cvol_sheet_state *state, cvol_view *view,
                       const cvol_render_options *options)
 {
     const cvol_grid *grid = &state->array->grid;
@@ -163,6 +163,8 @@ static int find_reach(cvol_context *context, cvol_sheet_state *state, const cvol
         if (!code)
             code = cvol_coarse_surround(context, &state->reach.coarse);
     }
+    if (!code)
+        code = cvol_reach_find_cuts(context, &state->reach, view, grid, state->transfer, options);
     return code ? code
                 : cvol_reach_find(context, &state->reach, grid, state->transfer, view, options);
 }
@@ -172,19 +174,20 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
 {
     cvol_sheet_state *state = opaque_state;
     cvol_sheet_source *source = NULL;
+    cvol_view cut = *view;
     int code = check_footprint(context, &options->sheet);
     if (!code)
         code = find_source(context, &source, state, options->level);
     if (!code && cvol_reach_suits(options))
-        code = find_reach(context, state, view, options);
+        code = find_reach(context, state, &cut, options);
     if (state->combine)
         code = share_range(context, state, source, code);
     if (code)
         return code;
     cvol_reconstruction_filter_make(&state->wide, &options->sheet);
     return view->perspective
-               ? cvol_sheet_draw_perspective(context, state, source, image, view, options)
-               : cvol_sheet_draw_parallel(context, state, source, image, view, options);
+               ? cvol_sheet_draw_perspective(context, state, source, image, &cut, options)
+               : cvol_sheet_draw_parallel(context, state, source, image, &cut, options);
 }
 
 static uint64_t sheet_cache_bytes(const void *opaque_state)

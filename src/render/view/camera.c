@@ -239,6 +239,13 @@ static void add_box_cut(cvol_view *view, const cvol_grid *grid, int axis, double
     add_cut(view, grid, n, -sign * at * grid->spacing[axis]);
 }
 
+void cvol_view_add_face(cvol_view *view, const cvol_grid *grid, int axis, int is_upper,
+                        double strength)
+{
+    add_box_cut(view, grid, axis, is_upper ? (double)(grid->dims[axis] - 1) : 0, is_upper ? -1 : 1);
+    view->cut[view->cuts - 1][3] += 1 - strength;
+}
+
 /* Thinner than this, compared with its second side: a slab. */
 #define SLAB 0.4
 

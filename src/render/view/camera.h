@@ -14,6 +14,11 @@ static inline int cvol_mode_is_grey(cvol_mode mode)
 /* The axis across a slab, a volume much thinner than wide; -1: not a slab. */
 int cvol_view_thin_axis(const cvol_grid *grid);
 
+/* Adds a face of the volume as a cut: the lower one of an axis, or the upper one. strength: 0 (no
+ * effect) to 1 (as a face of the clip). */
+void cvol_view_add_face(cvol_view *view, const cvol_grid *grid, int axis, int is_upper,
+                        double strength);
+
 /* The view of a grid under these options. Errors: ARGUMENT (invalid sizes, zoom, angles or step,
  * each named in the message; a clip that leaves nothing). */
 int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,

@@ -12,8 +12,8 @@
 
 /* The planes of the clip, and one for parts too near to the eye. */
 #define CVOL_VIEW_PLANES (CVOL_CLIP_PLANES + 1)
-/* The faces of the clip: of its box, and its planes; and two faces of a slab. */
-#define CVOL_VIEW_CUTS (CVOL_CLIP_PLANES + 8)
+/* The faces of the clip: of its box, and its planes; and those of the volume. */
+#define CVOL_VIEW_CUTS (CVOL_CLIP_PLANES + 12)
 
 /* Blocks are evaluated on fewer points than samples only while a pixel of the picture spans at
  * least 1 / CVOL_COARSEST_PITCH of the points: with fewer, the picture is visibly softer than the
@@ -44,8 +44,9 @@ typedef struct cvol_view {
     double plane[CVOL_VIEW_PLANES][4]; /* sample indices, is drawn */
     /* The box of cvol_part in it; all of it without a part. */
     double own_lo[3], own_hi[3];
-    /* Faces of the clip, and the large faces of a slab: cut . (x, y, z, 1) is the depth behind
-     * one, and reaches 1 where the light of a cut ends (cvol_cut_fade). */
+    /* Faces of the clip, the large faces of a slab, and those of cvol_view_add_face: cut . (x, y,
+     * z, 1) is the depth behind one, and reaches 1 where the light of a cut ends (cvol_cut_fade).
+     */
     int cuts;
     double cut[CVOL_VIEW_CUTS][4];
 } cvol_view;
