@@ -241,6 +241,15 @@ static int check_options(cvol_context *context, const cvol_format *format, const
 
 /* ---- by slab ------------------------------------------------------------------------- */
 
+static int is_picture(const char *path)
+{
+    static const char *const endings[] = {".png", ".jpg", ".jpeg", ".gif", ".webp"};
+    for (size_t i = 0; i < sizeof endings / sizeof *endings; i++)
+        if (cvol_folder_name_ends(path, endings[i]))
+            return 1;
+    return 0;
+}
+
 static int open_any(cvol_context *context, cvol_volume_stream **out, const char *path,
                     const cvol_read_options *options, uint64_t limit_bytes)
 {
@@ -248,6 +257,10 @@ static int open_any(cvol_context *context, cvol_volume_stream **out, const char 
     int code = find_format(context, &format, path);
     if (code)
         return code;
+    if (!format && !any_raw_option(options) && is_picture(path))
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: is a picture, not a volume; a folder of PNG or JPEG slices is one",
+                         path);
     if (!format && !any_raw_option(options))
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "%s: no volume that is known by content or name (%s); raw samples need "

@@ -60,13 +60,13 @@ expect_same_file out.nrrd old.nrrd
 
 # Pictures: a broken one, and a picture compared with a volume.
 expect_failure 1 'picture.png:' cvol compare picture.png picture.png
-expect_failure 1 'picture.png:*known by content or name' cvol compare in.nrrd picture.png
+expect_failure 1 'picture.png: is a picture, not a volume' cvol compare in.nrrd picture.png
 expect_done cvol render in.nrrd -o small.png --size 8 --engine ray
 expect_done cvol render in.nrrd -o large.png --size 9 --engine ray
 expect_failure 1 'picture.png' cvol compare small.png picture.png
 expect_failure 1 '8 x 8' cvol compare small.png large.png
-expect_failure 1 'picture.png:*known by content or name' cvol info picture.png
-expect_failure 1 'picture.png:*known by content or name' cvol render picture.png -o out.png
+expect_failure 1 'picture.png: is a picture, not a volume' cvol info picture.png
+expect_failure 1 'picture.png: is a picture, not a volume' cvol render picture.png -o out.png
 expect_failure 2 'is a picture:*must end in .cvi' cvol compress small.png out.cvol
 expect_failure 1 'picture.png' cvol compress picture.png out.cvi
 expect_same_file out.cvol old.cvol
