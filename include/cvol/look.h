@@ -63,8 +63,8 @@ CVOL_API int cvol_transfer_create_auto(cvol_context *context, cvol_transfer **ou
 /* "CT in Hounsfield units: skin and bone", ...; static storage. */
 CVOL_API const char *cvol_kind_text(cvol_kind kind);
 
-/* Sets rgb to the colour that pictures of labels give this one, each component 0 to 1: labels whose
- * numbers are near have different hues. */
+/* Sets rgb to the colour that pictures of labels give this one, each component 0 to 1: any
+ * few labels have clearly different ones, also if their numbers differ by a constant. */
 CVOL_API void cvol_label_get_colour(double rgb[3], double label);
 
 /* ---- labels ---- */

@@ -405,6 +405,29 @@ static double value_of(cvol_kind kind, random_state *r, size_t i)
     }
 }
 
+/* A dozen labels have clearly different colours, whatever the step of their numbers is. */
+static void test_label_colours(void **state)
+{
+    (void)state;
+    static const double steps[] = {1, 2, 5, 10, 20, 50, 100, 200, 256, 500, 1000, 1024, 10000};
+    enum { LABELS = 12 };
+    for (size_t s = 0; s < sizeof steps / sizeof *steps; s++) {
+        double colours[LABELS][3], nearest = 2;
+        for (int i = 0; i < LABELS; i++) {
+            cvol_label_get_colour(colours[i], steps[s] * (i + 1));
+            for (int c = 0; c < 3; c++)
+                assert_true(colours[i][c] >= 0 && colours[i][c] <= 1);
+            for (int k = 0; k < i; k++)
+                nearest = fmin(nearest, hypot(hypot(colours[i][0] - colours[k][0],
+                                                    colours[i][1] - colours[k][1]),
+                                              colours[i][2] - colours[k][2]));
+        }
+        if (!(nearest > 0.1))
+            fail_msg("two of the labels %g, %g ... differ by %g only", steps[s], 2 * steps[s],
+                     nearest);
+    }
+}
+
 /* A single label ends half way to the background: between them nothing else has a colour. */
 static void test_mask(void **state)
 {
@@ -477,17 +500,11 @@ static void test_kinds(void **state)
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_plain_views),
-                                       TEST(test_patients),
-                                       TEST(test_fit),
-                                       TEST(test_fit_small),
-                                       TEST(test_fit_small_object),
-                                       TEST(test_turn),
-                                       TEST(test_fit_in_perspective),
-                                       TEST(test_extent),
-                                       TEST(test_nothing),
-                                       TEST(test_look_at_once),
-                                       TEST(test_kinds),
-                                       TEST(test_mask)};
+    const struct CMUnitTest tests[] = {
+        TEST(test_label_colours), TEST(test_plain_views),        TEST(test_patients),
+        TEST(test_fit),           TEST(test_fit_small),          TEST(test_fit_small_object),
+        TEST(test_turn),          TEST(test_fit_in_perspective), TEST(test_extent),
+        TEST(test_nothing),       TEST(test_look_at_once),       TEST(test_kinds),
+        TEST(test_mask)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

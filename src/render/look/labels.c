@@ -15,30 +15,44 @@
 #define OPACITY 0.5
 /* Values this near to a label have its colour. */
 #define REACH 0.04
-/* Hues of successive labels differ by the golden ratio: any few of them are far apart. */
+/* Hue, saturation and brightness of label n are the fractions of n times three steps: any few
+ * labels are far apart in at least one, also those that differ by a constant such as 100. The hue's
+ * step is the golden ratio; the others are powers of 1/g with g^4 = g + 1 (Roberts, The
+ * Unreasonable Effectiveness of Quasirandom Sequences, 2018). */
 #define HUE_STEP 0.6180339887498949
+#define SATURATION_STEP 0.6710436067037893
+#define BRIGHTNESS_STEP 0.5497004779019703
 #define HUE_START 0.08
-#define SATURATION 0.55
+#define SATURATION_LEAST 0.35
+#define SATURATION_MOST 0.8
+#define BRIGHTNESS_LEAST 0.68
+#define BRIGHTNESS_MOST 1.0
+/* Of a mask's only label. */
+#define MASK_SATURATION 0.2
+#define MASK_BRIGHTNESS 0.9
 
 int cvol_labels_are_few(const cvol_histogram *histogram)
 {
     return histogram->integers && histogram->distinct > 1 && histogram->distinct <= LABELS_MAX;
 }
 
-/* A light colour of this hue, 0 to 1. */
-static void set_hue(double rgb[3], double hue, double saturation)
+/* A colour of this hue, saturation and brightness, each 0 to 1. */
+static void set_hue(double rgb[3], double hue, double saturation, double brightness)
 {
     for (int c = 0; c < 3; c++) {
         const double part = hue + (3 - c) / 3.0, place = 6 * (part - floor(part));
         const double full = fmin(fmax(fabs(place - 3) - 1, 0), 1);
-        rgb[c] = 0.9 * (1 - saturation + saturation * full);
+        rgb[c] = brightness * (1 - saturation + saturation * full);
     }
 }
 
 void cvol_label_get_colour(double rgb[3], double label)
 {
-    const double turn = HUE_START + HUE_STEP * label;
-    set_hue(rgb, turn - floor(turn), SATURATION);
+    const double turn = HUE_START + HUE_STEP * label, second = 0.5 + SATURATION_STEP * label,
+                 third = 0.5 + BRIGHTNESS_STEP * label;
+    set_hue(rgb, turn - floor(turn),
+            SATURATION_LEAST + (SATURATION_MOST - SATURATION_LEAST) * (second - floor(second)),
+            BRIGHTNESS_LEAST + (BRIGHTNESS_MOST - BRIGHTNESS_LEAST) * (third - floor(third)));
 }
 
 /* The four points of a label: jumps at both ends. */
@@ -46,7 +60,7 @@ static size_t add_label(cvol_transfer_point *points, double value, double reach,
 {
     double rgb[3];
     if (only)
-        set_hue(rgb, HUE_START, 0.2);
+        set_hue(rgb, HUE_START, MASK_SATURATION, MASK_BRIGHTNESS);
     else
         cvol_label_get_colour(rgb, value);
     for (int k = 0; k < 4; k++)
