@@ -100,7 +100,7 @@ _ARGUMENTS = {
 
 def _in_python(message: str) -> str:
     for option, argument in _ARGUMENTS.items():  # whole words: not parts of a path
-        value = r"(?: (?=-?\d|u?int\d|float\d))?" if argument.endswith("=") else ""
+        value = r"(?: (?=u?int\d|float\d))?" if argument.endswith("=") else ""
         message = re.sub(rf"(?<!\S){re.escape(option)}(?=[\s;:,]|$){value}", argument, message)
     return message
 
