@@ -153,6 +153,13 @@ expect_equal "$(value_of exact)" true
 expect_field psnr_db null
 expect_done cvol compare flat.raw a.cvol $raw
 grep -q '^exact, ' "$out" || fail 'must print exact'
+
+# A file of few samples is larger than they are.
+printf 'abcdefgh' >tiny.raw
+expect_status 0 cvol compress tiny.raw tiny.cvol --dims 2x2x2 --type uint8
+grep -q ' bytes, [0-9.]* times the raw samples, ' "$out" || fail 'must print how much larger the file is'
+expect_status 0 cvol render tiny.raw -o tiny.png --dims 2x1x1 --type float32 --size 16
+expect_sentence ' times the raw samples; run cvol compress once'
 expect_done cvol compress flat.raw a.cvol $raw --lossless
 grep -q ', exact' "$out" || fail 'must print exact'
 expect_done cvol compress in.raw a.cvol $raw --psnr 50 --json

@@ -192,13 +192,14 @@ static int report_result(const cvol_array *result, uint64_t file_bytes,
     const cvol_grid *grid = cvol_array_grid(result);
     const double ratio = (double)cvol_grid_bytes(grid) / (double)file_bytes;
     const double rms = rms_bound(&info, grid);
+    char share[SHARE_TEXT];
     clear_progress();
     if (!arguments->common.json) {
-        printf("%s: %zu x %zu x %zu, %llu terms, %llu bytes, 1/%.2f of the raw samples; "
+        printf("%s: %zu x %zu x %zu, %llu terms, %llu bytes, %s; "
                "error bound: RMS <= %.3g (L2 %.4g), every sample <= %.3g\n",
                arguments->output, grid->dims[0], grid->dims[1], grid->dims[2],
-               (unsigned long long)info.coefficients, (unsigned long long)file_bytes, ratio, rms,
-               info.l2_error, info.point_error);
+               (unsigned long long)info.coefficients, (unsigned long long)file_bytes,
+               share_text(share, ratio), rms, info.l2_error, info.point_error);
         return EXIT_DONE;
     }
     json_t *object = json_pack(

@@ -312,6 +312,10 @@ json_t *json_decibels(double value);
 /* Writes "PSNR 43.21 dB" or "exact" to `text`, and returns it. */
 enum { PSNR_TEXT = 64 };
 const char *psnr_text(char text[PSNR_TEXT], double psnr_db);
+/* Writes "1/30.05 of the raw samples", or "1.24 times the raw samples" for a ratio (raw bytes /
+ * file bytes) below 1, to `text`, and returns it. */
+enum { SHARE_TEXT = 64 };
+const char *share_text(char text[SHARE_TEXT], double ratio);
 /* A string; if it is not UTF-8, with '?' for bytes that are not ASCII. */
 json_t *json_text(const char *text);
 json_t *json_triple(const double values[3]);

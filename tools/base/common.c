@@ -347,13 +347,12 @@ int need_array(cvol_context *context, input *in, const char *path, int block,
         return report_context_error(context, code, path);
     if (in->are_labels || in->is_quiet) /* a file of labels may well be compressed */
         return EXIT_DONE;
+    char share[SHARE_TEXT];
     clear_progress();
     fprintf(stderr,
-            report.ratio < 1 ? "cvol: %s: was compressed in memory first, at %.3g times the raw "
-                               "samples; run cvol compress once to avoid this\n"
-                             : "cvol: %s: was compressed in memory first, at 1/%.1f; run cvol "
-                               "compress once to avoid this\n",
-            path, report.ratio < 1 ? 1 / report.ratio : report.ratio);
+            "cvol: %s: was compressed in memory first, at %s; run cvol compress once to avoid "
+            "this\n",
+            path, share_text(share, report.ratio));
     return EXIT_DONE;
 }
 
@@ -406,6 +405,14 @@ int is_exact(double psnr_db)
 json_t *json_decibels(double value)
 {
     return json_number(value);
+}
+
+const char *share_text(char text[SHARE_TEXT], double ratio)
+{
+    snprintf(text, SHARE_TEXT,
+             ratio < 1 ? "%.3g times the raw samples" : "1/%.2f of the raw samples",
+             ratio < 1 ? 1 / ratio : ratio);
+    return text;
 }
 
 const char *psnr_text(char text[PSNR_TEXT], double psnr_db)

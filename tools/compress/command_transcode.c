@@ -74,9 +74,10 @@ static int report(const char *path, const cvol_array *array, const cvol_compress
             json_number(info.max_error), "measured", info.measured, "target_met", r->target_met,
             "step", info.step, "coefficients", (json_int_t)info.coefficients, "l2_error",
             json_number(info.l2_error), "point_error", json_number(info.point_error)));
+    char share[SHARE_TEXT];
     clear_progress();
-    printf("%s: %llu bytes, 1/%.2f of the raw samples, %.4g bits per voxel, ", path,
-           (unsigned long long)r->file_bytes, r->ratio, bits);
+    printf("%s: %llu bytes, %s, %.4g bits per voxel, ", path, (unsigned long long)r->file_bytes,
+           share_text(share, r->ratio), bits);
     if (is_exact(info.psnr_db))
         printf("exact\n");
     else

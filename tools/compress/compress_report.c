@@ -57,10 +57,11 @@ void report_one_text(const char *path, const method *m, const cvol_grid *grid,
                      const cvol_compress_report *report, int has_yielded)
 {
     const double target_value = m->options.target_value;
-    char target[64];
+    char target[64], share[SHARE_TEXT];
     clear_progress();
-    printf("%s: %llu bytes, 1/%.2f of the raw samples, %.4g bits per voxel, ", path,
-           (unsigned long long)report->file_bytes, report->ratio, bits_per_voxel(grid, report));
+    printf("%s: %llu bytes, %s, %.4g bits per voxel, ", path,
+           (unsigned long long)report->file_bytes, share_text(share, report->ratio),
+           bits_per_voxel(grid, report));
     if (report->lossless)
         printf("exact");
     else

@@ -241,8 +241,9 @@ static void report_text(const series_job *job)
         printf("%d times%s", job->times, job->channels > 1 ? " of " : ", ");
     if (job->channels > 1)
         printf("%d channels, ", job->channels);
-    printf("%llu bytes, 1/%.2f of the raw samples, ", (unsigned long long)job->file_bytes,
-           job->raw_bytes / (double)job->file_bytes);
+    char share[SHARE_TEXT];
+    printf("%llu bytes, %s, ", (unsigned long long)job->file_bytes,
+           share_text(share, job->raw_bytes / (double)job->file_bytes));
     if (isinf(job->least_psnr))
         printf("exact\n");
     else if (isinf(job->most_psnr))
