@@ -26,6 +26,17 @@ _kinds: dict[str, Any] = {
     "cvol_progress_fn": ProgressFunction, "cvol_picture_fn": PictureFunction}  # fmt: skip
 
 
+class _Struct(c.Structure):
+    """A struct whose errors name the field."""
+
+    def __setattr__(self, field: str, value: Any) -> None:
+        try:
+            super().__setattr__(field, value)
+        except TypeError:
+            name = field[:-4] if field.endswith("_deg") else field
+            raise TypeError(f"{name} is {value!r}, must be a number") from None
+
+
 def _struct(name: str) -> Any:
     """Makes a struct of the headers, after the structs inside it."""
     if name not in _kinds:
@@ -35,7 +46,7 @@ def _struct(name: str) -> Any:
             for size in reversed(sizes):
                 made = made * size
             fields.append((field, made))
-        _kinds[name] = type(name, (c.Structure,), {"_fields_": fields})
+        _kinds[name] = type(name, (_Struct,), {"_fields_": fields})
     return _kinds[name]
 
 

@@ -218,7 +218,12 @@ class Call:
 
     def __call__(self, name: str, *arguments: Any, path: Optional[str] = None) -> None:
         """Calls cvol_NAME with this context as the first argument. path: the file of the message."""
-        code = _abi.functions[name](self.context, *arguments)
+        try:
+            code = _abi.functions[name](self.context, *arguments)
+        except c.ArgumentError as error:  # it names the place of the argument, behind the context
+            place = re.match(r"argument (\d+)", str(error))
+            value = arguments[int(place[1]) - 2] if place else arguments
+            raise TypeError(f"{value!r} is no argument of cvol_{name}: it must be a number") from None
         if code == _abi.OK:
             return
         if self._failure is not None:

@@ -31,17 +31,24 @@ def _named(ratio: Any, psnr: Any, max_error: Any, bits: Any, lossless: bool, kee
         ("lossless", lossless or None)) if value is not None]  # fmt: skip
 
 
+def _number(value: Any, name: str) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} is {value!r}, must be a number") from None
+
+
 def _target(ratio: Any, psnr: Any, max_error: Any, bits: Any, lossless: bool, keep: Any) -> tuple[int, float]:
     given = _named(ratio, psnr, max_error, bits, lossless, keep)
     if len(given) > 1 and given != ["psnr", "max_error"]:
         raise ValueError(f"give only one of {' and '.join(given)} (only psnr and max_error can be combined)")
     if psnr is not None:
-        return _PSNR, float(psnr)
+        return _PSNR, _number(psnr, "psnr")
     if max_error is not None:
-        return _MAX_ERROR, float(max_error)
+        return _MAX_ERROR, _number(max_error, "max_error")
     if bits is not None:
-        return _BITS, float(bits)
-    return _RATIO, 30.0 if ratio is None else float(ratio)
+        return _BITS, _number(bits, "bits")
+    return _RATIO, 30.0 if ratio is None else _number(ratio, "ratio")
 
 
 def is_labels(array: ArrayLike, path: Optional[Union[str, "os.PathLike[str]"]] = None) -> bool:
@@ -231,6 +238,8 @@ def compress(
     if effort not in EFFORTS:
         raise ValueError(f"effort is {effort!r}, must be 'fast', 'default' or 'max'")
     target, value = _target(ratio, psnr, max_error, bits, lossless, keep)
+    if background is not None and not isinstance(background, str):
+        background = _number(background, "background")
     of_blocks = keep is None and number == 1 and block != 0 and samples.ndim == 3
     named = _named(ratio, psnr, max_error, bits, lossless, keep)
     if _keep_labels(labels, array, named, of_blocks) and not lossless:
@@ -242,7 +251,7 @@ def compress(
         if of_blocks:
             o = _abi.defaults("compress_options")
             o.block, o.target, o.target_value = block, target, value
-            o.max_error = float(max_error) if target == _PSNR and max_error is not None else 0
+            o.max_error = _number(max_error, "max_error") if target == _PSNR and max_error is not None else 0
             exact = lossless or max_error is not None and float(max_error) == 0  # with a PSNR, max_error 0 means: none
             o.lossless, o.lapped, o.effort = exact, lap, EFFORTS[effort]
             o.brick[:] = _sides(bricks)
@@ -252,7 +261,7 @@ def compress(
                     warnings.warn(f"samples of {fill:g}, far from all others, are treated as missing; give fill=nan if "
                                   "they are values", stacklevel=2)  # fmt: skip
             if fill is not None:
-                o.has_fill, o.fill = 1, float(fill)
+                o.has_fill, o.fill = 1, _number(fill, "fill")
             if background == "auto":
                 o.background = int(lap)  # 1: find
             elif isinstance(background, str):

@@ -72,7 +72,10 @@ class Geometry:
 
 
 def _numbers(values: Union[float, Sequence[float]], count: int, name: str) -> list[float]:
-    out = [float(v) for v in np.atleast_1d(np.asarray(values, float))]
+    try:
+        out = [float(v) for v in np.atleast_1d(np.asarray(values, float))]
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} is {values!r}, must be a number, or one for each axis") from None
     if np.ndim(values) == 0:
         out = out * count
     if len(out) != count:
@@ -167,6 +170,8 @@ def _narrowed(array: NDArray[Any]) -> NDArray[Any]:
 
 def samples_of(array: Any) -> NDArray[Any]:
     """Samples for the library: x fastest, in the byte order of the machine."""
+    if hasattr(array, "dataobj"):  # an image of nibabel
+        raise TypeError("the array is an image: give its samples, image.dataobj, or read the file by cvol.read")
     array = np.asanyarray(array)
     if isinstance(array, np.ma.MaskedArray):
         raise TypeError("the array is masked: fill it with a value, then give fill=value")

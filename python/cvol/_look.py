@@ -24,7 +24,10 @@ def _one_of(value: Any, choices: dict[str, int], name: str) -> int:
 
 
 def numbers(value: Any, count: int, name: str) -> tuple[float, ...]:
-    out = tuple(float(v) for v in value)
+    try:
+        out = tuple(float(v) for v in value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} is {value!r}, must be {count} finite numbers") from None
     if len(out) != count or not all(math.isfinite(v) for v in out):
         raise ValueError(f"{name} is {value!r}, must be {count} finite numbers")
     return out

@@ -327,6 +327,24 @@ def test_a_file_that_changes(tmp_path, array, path):
         v[66:]
 
 
+def test_wrong_types_are_named(array, path):
+    v = cvol.open(path)
+    for name in ("ratio", "psnr", "max_error", "bits", "fill", "background", "spacing", "block"):
+        with pytest.raises((TypeError, ValueError), match=f"{name} is .x.*must be"):
+            cvol.compress(array, **{name: "x"})
+    for name in ("azimuth", "zoom", "window"):
+        with pytest.raises(TypeError, match=f"{name} is .x., must be"):
+            v.render(size=16, **{name: "x"})
+    with pytest.raises(TypeError, match="'x' is no argument of cvol_array_scale: it must be a number"):
+        v.scale("x", 0)
+
+    class Image:
+        dataobj, ndim = array, array.ndim
+
+    with pytest.raises(TypeError, match="image.dataobj"):
+        cvol.compress(Image())
+
+
 def test_progress_cancels_and_raises(array):
     reports = []
     cvol.compress(array, effort="fast", progress=lambda what, share: reports.append((what, share)))
