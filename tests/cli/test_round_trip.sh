@@ -154,6 +154,10 @@ expect_field psnr_db null
 expect_done cvol compare flat.raw a.cvol $raw
 grep -q '^exact, ' "$out" || fail 'must print exact'
 
+# A fill that no sample has is probably a mistake.
+expect_status 0 cvol compress in.raw a.cvol $raw --fill 65432
+expect_sentence 'in.raw: --fill 65432 changes nothing: no sample has this value, or is NaN or infinite'
+
 # A file of few samples is larger than they are.
 printf 'abcdefgh' >tiny.raw
 expect_status 0 cvol compress tiny.raw tiny.cvol --dims 2x2x2 --type uint8

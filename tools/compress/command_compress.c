@@ -229,6 +229,12 @@ static int compress_in_memory(cvol_context *context, compress_arguments *argumen
         cvol_array_info info;
         cvol_array_get_info(&info, array);
         report.ratio = (double)cvol_grid_bytes(grid) / (double)report.file_bytes;
+        clear_progress();
+        if (arguments->common.fill_given && !info.missing_samples)
+            fprintf(stderr,
+                    "cvol: %s: --fill %s changes nothing: no sample has this value, or is NaN or "
+                    "infinite\n",
+                    in_path, arguments->fill);
         if (arguments->common.json)
             status = report_one_json(grid, &info, &report, 0, arguments->has_yielded);
         else
