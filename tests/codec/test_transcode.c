@@ -612,6 +612,14 @@ static void finer_is_refused(void **state)
     assert_int_equal(cvol_array_transcode(context, &array, NULL, from, &options),
                      CVOL_ERROR_UNSUPPORTED);
     cvol_array_free(from);
+    /* A source with errors of its own: decoded samples are compressed. */
+    options = options_of(CVOL_TARGET_MAX_ERROR, 20);
+    check_ok(cvol_compress(context, &from, NULL, samples, &grid, &options));
+    options = options_of(CVOL_TARGET_PSNR, from->psnr_db + 1);
+    assert_int_equal(cvol_array_transcode(context, &array, NULL, from, &options),
+                     CVOL_ERROR_TARGET);
+    assert_non_null(strstr(cvol_context_message(context), "promised"));
+    cvol_array_free(from);
     free(samples);
 }
 
