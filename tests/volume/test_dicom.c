@@ -349,9 +349,10 @@ static void test_slices_that_do_not_fit(void **state)
     s.position = "0\\0\\1";
     s.spacing = "0.5\\0.26";
     two_slices_fail(s, "0.26 x 0.5 apart");
-    static const char *const apart[][3] = {{"0\\0\\1", "0\\0\\2.4", "not evenly spaced, from 1 to"},
-                                           {"3\\0\\1", "0\\0\\2", "do not lie on a line"},
-                                           {"0\\0\\0", "0\\0\\2", "slices are missing: 2 are at"}};
+    static const char *const apart[][3] = {
+        {"0\\0\\1", "0\\0\\2.4", "not evenly spaced, from 1 to"},
+        {"3\\0\\1", "0\\0\\2", "do not lie on a line"},
+        {"0\\0\\0", "0\\0\\2", "slices are missing or repeated: 2 are at"}};
     for (size_t i = 0; i < sizeof apart / sizeof *apart; i++) {
         const char *where = fresh();
         (void)write_slice(within(where, "a.dcm"), &usual);

@@ -301,11 +301,12 @@ static int choose_time(cvol_context *context, cvol_dicom_series *s, const char *
     for (size_t at = 0, here; at < s->count; at += here) {
         here = sort_place(s, at);
         if (here != times)
-            return cvol_fail(
-                context, CVOL_ERROR_FORMAT,
-                "%s: slices are missing: %zu are at the position of %s, but %zu at that of %s",
-                path, times, cvol_input_name(s->heads[s->slices[0].head].path), here,
-                cvol_input_name(s->heads[s->slices[at].head].path));
+            return cvol_fail(context, CVOL_ERROR_FORMAT,
+                             "%s: slices are missing or repeated: %zu are at the position of %s, "
+                             "but %zu at that "
+                             "of %s",
+                             path, times, cvol_input_name(s->heads[s->slices[0].head].path), here,
+                             cvol_input_name(s->heads[s->slices[at].head].path));
     }
     int code = cvol_format_choose(context, &time, path, "volume", "--time", times,
                                   options->has_index, options->index);
