@@ -144,6 +144,7 @@ static int count_far_labels(label_values *out, const cvol_volume *volume)
     out->samples = calloc(c.count, sizeof *out->samples);
     if (!is_counted || !out->values || !out->samples) {
         free(c.places);
+        free_values(out);
         return report_error(EXIT_FAILED, "not enough memory");
     }
     size_t commonest = 0;

@@ -303,8 +303,7 @@ static int choose_time(cvol_context *context, cvol_dicom_series *s, const char *
         if (here != times)
             return cvol_fail(context, CVOL_ERROR_FORMAT,
                              "%s: slices are missing or repeated: %zu are at the position of %s, "
-                             "but %zu at that "
-                             "of %s",
+                             "but %zu at that of %s",
                              path, times, cvol_input_name(s->heads[s->slices[0].head].path), here,
                              cvol_input_name(s->heads[s->slices[at].head].path));
     }
