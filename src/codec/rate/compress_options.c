@@ -103,20 +103,6 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
     return cvol_fail(context, CVOL_ERROR_ARGUMENT, "target %d is unknown", (int)options->target);
 }
 
-void cvol_compress_options_widen(double *least, double *largest, cvol_type type,
-                                 const cvol_compress_options *options)
-{
-    double lowest, highest;
-    if (!options->has_range)
-        return;
-    cvol_type_get_range(&lowest, &highest, type);
-    const int is_integer = cvol_type_is_integer(type);
-    const double low = is_integer ? floor(options->least) : options->least;
-    const double high = is_integer ? ceil(options->largest) : options->largest;
-    *least = fmin(*least, fmax(low, lowest));
-    *largest = fmax(*largest, fmin(high, highest));
-}
-
 int cvol_compress_check_least_psnr(cvol_context *context, const cvol_compress_options *options,
                                    double psnr_db, int is_certified)
 {

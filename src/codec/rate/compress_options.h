@@ -9,8 +9,5 @@ int cvol_compress_options_complete(cvol_context *context, cvol_compress_options 
                                    const cvol_compress_options *options);
 /* Errors: ARGUMENT, UNSUPPORTED. */
 int cvol_compress_options_check(cvol_context *context, const cvol_compress_options *options);
-/* Widens the range of the samples by that of the original ones, if the options have it. */
-void cvol_compress_options_widen(double *least, double *largest, cvol_type type,
-                                 const cvol_compress_options *options);
 
 #endif

@@ -13,7 +13,6 @@
 #include "codec/container/array_file.h"
 #include "codec/container/ranges.h"
 #include "codec/mask/mask_make.h"
-#include "codec/rate/compress_options.h"
 #include "codec/rate/compress_terms.h"
 #include "codec/rate/measure.h"
 #include "codec/rate/outliers.h"
@@ -336,7 +335,7 @@ static int run_bound(modes *m, int *same)
     int code = cvol_outliers_clamp(m->context, &m->clamped, samples, m->grid);
     if (!code && m->clamped) {
         code = cvol_scan_samples(m->context, &m->least, &m->most, samples, m->grid);
-        cvol_compress_options_widen(&m->least, &m->most, m->grid->type, m->options);
+        cvol_attempt_widen_range(&m->least, &m->most, m->grid->type, m->options);
         samples = m->clamped;
     }
     if (!code)

@@ -19,7 +19,6 @@
 #include "codec/quantize/true_length.h"
 #include "codec/rate/background.h"
 #include "codec/rate/brick_choice.h"
-#include "codec/rate/compress_options.h"
 #include "codec/rate/measure.h"
 #include "transform/lap.h"
 
@@ -104,11 +103,25 @@ static int make_shape(cvol_context *context, cvol_attempt *attempt, const cvol_g
     return CVOL_OK;
 }
 
+void cvol_attempt_widen_range(double *least, double *largest, cvol_type type,
+                              const cvol_compress_options *options)
+{
+    double lowest, highest;
+    if (!options->has_range)
+        return;
+    cvol_type_get_range(&lowest, &highest, type);
+    const int is_integer = cvol_type_is_integer(type);
+    const double low = is_integer ? floor(options->least) : options->least;
+    const double high = is_integer ? ceil(options->largest) : options->largest;
+    *least = fmin(*least, fmax(low, lowest));
+    *largest = fmax(*largest, fmin(high, highest));
+}
+
 /* The range of the samples determines the offset. */
 static int take_range(cvol_context *context, cvol_array *shape, double least, double most,
                       const cvol_compress_options *options)
 {
-    cvol_compress_options_widen(&least, &most, shape->grid.type, options);
+    cvol_attempt_widen_range(&least, &most, shape->grid.type, options);
     shape->error_bound.value_min = least;
     shape->error_bound.value_max = most;
     shape->offset = least;

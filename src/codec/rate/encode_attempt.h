@@ -55,6 +55,9 @@ typedef struct cvol_attempt {
     int count;          /* encodings so far */
 } cvol_attempt;
 
+/* Widens the range of the samples by that of the original ones, if the options have it. */
+void cvol_attempt_widen_range(double *least, double *largest, cvol_type type,
+                              const cvol_compress_options *options);
 /* Makes shape and tables; uses the options for blocks and bricks only. Samples are all in memory,
  * or come from a source. It scans their statistics. The encode attempt must not move in memory.
  * Errors: the errors of array creation and of the source, DATA, MEMORY, CANCELLED. */
