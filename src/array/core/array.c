@@ -270,8 +270,8 @@ void cvol_array_get_info(cvol_array_info *out, const cvol_array *array)
 
 size_t cvol_array_valued_samples(const cvol_array *array)
 {
-    const size_t missing = cvol_mask_is_void(array->mask) ? cvol_mask_samples(array->mask) : 0;
-    return cvol_grid_samples(&array->grid) - missing;
+    const uint64_t missing = cvol_mask_is_void(array->mask) ? cvol_mask_samples(array->mask) : 0;
+    return cvol_grid_samples(&array->grid) - (size_t)missing;
 }
 
 void cvol_array_derive_figures(cvol_array *array)
