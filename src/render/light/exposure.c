@@ -15,11 +15,10 @@
 #define DIMMER 0.9
 #define BURNT 0.01
 #define DIMMEST 0.75
-/* Shares of what is seen that would be white: the exposure goes down to DIMMER times the ratio up
- * to the first, to DIMMEST from the second on, and falls in proportion between them: a step would
- * be a flicker while a volume turns. */
-#define WHITE_FEW 0.1
-#define WHITE_MANY 0.2
+/* From this share of what is seen that would be white, the exposure goes down to DIMMEST times the
+ * ratio; without any, to DIMMER; and between them in proportion. A step would be a flicker while a
+ * volume turns, and a steep change another light while parts of a file are still to come. */
+#define WHITE_MANY 0.3
 /* Sweeps along axes that have this share of the longest count too. */
 #define NEARLY 0.8
 /* Levels of brightness that are counted, up to the last. */
@@ -124,7 +123,7 @@ static void add_brightness(void *user, const float *depths, size_t first, size_t
     }
 }
 
-/* The share of what is seen that is white at an exposure. Levels count in part: see WHITE_FEW. */
+/* The share of what is seen that is white at an exposure. Levels count in part: see WHITE_MANY. */
 static double white_share(const double seen[LEVELS], double all, double exposure)
 {
     const double from = LEVELS / (LEVEL_MOST * exposure); /* the lowest white level */
@@ -170,8 +169,7 @@ static double choose_exposure(const brightness_job *job, size_t count)
     if (!(lit > 0))
         return 1;
     const double wanted = unlit / lit, white = unburnt_exposure(seen, all);
-    const double many = (white_share(seen, all, DIMMER * wanted) - WHITE_FEW) /
-                        (WHITE_MANY - WHITE_FEW);
+    const double many = white_share(seen, all, DIMMER * wanted) / WHITE_MANY;
     const double share = job->options->illumination.samples ? 1 : fmin(fmax(many, 0), 1);
     const double least = DIMMER + share * (DIMMEST - DIMMER);
     return fmin(fmax(fmax(fmin(wanted, white), least * wanted), EXPOSURE_MIN), EXPOSURE_MAX);
