@@ -12,7 +12,8 @@
 double cvol_sin(double x);
 double cvol_cos(double x);
 
-/* out: cos x and sin x, within 1.5 units of the last place; several times faster. */
+/* out: cos x and sin x, several times faster; within 3.5 units of the last place: both subtractions
+ * of the reduction round, and next to a power of 2 their units are twice those of the result. */
 void cvol_sincos(double out[2], double x);
 
 double cvol_exp(double x);
