@@ -74,8 +74,8 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
     if (options->has_range && !(options->least <= options->largest && isfinite(options->least) &&
                                 isfinite(options->largest)))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "the range of the original samples is %g to %g, must be finite and not "
-                         "fall",
+                         "the range of the original samples is %g to %g: both must be finite, and "
+                         "the first one not larger",
                          options->least, options->largest);
     if (options->lossless)
         return CVOL_OK;
