@@ -57,8 +57,8 @@ static void violate(const trial *t, const char *what, double found, double wante
            t->grid.dims[2], cvol_type_name(t->grid.type), (int)o->transform, o->block,
            (int)o->target, o->target_value, o->least_psnr, o->max_error, o->lossless, o->has_fill,
            o->fill, (int)o->background, o->background_value, o->lapped, (int)o->effort,
-           o->no_histogram, o->brick[0], o->brick[1], o->brick[2], o->has_range, o->least,
-           o->largest);
+           o->no_histogram, o->brick[0], o->brick[1], o->brick[2], o->has_value_range, o->value_min,
+           o->value_max);
 }
 
 /* ---- volumes ------------------------------------------------------------------------------- */
@@ -193,9 +193,9 @@ static void choose_options(trial *t)
     /* Apart, so that seeds of findings keep their meaning. */
     random_state random = {~t->seed};
     if (random_below(&random, 6) == 0) {
-        o->has_range = 1;
-        o->least = sample_at(t) - (double)random_below(&random, 3) * fabs(sample_at(t));
-        o->largest = sample_at(t) + (double)random_below(&random, 3) * fabs(sample_at(t));
+        o->has_value_range = 1;
+        o->value_min = sample_at(t) - (double)random_below(&random, 3) * fabs(sample_at(t));
+        o->value_max = sample_at(t) + (double)random_below(&random, 3) * fabs(sample_at(t));
     }
 }
 
@@ -254,7 +254,7 @@ static void check_samples(trial *t, const decoded *d, const cvol_compress_report
         point = fmax(point, fabs(before - (double)d->real[i]));
         peak = fmax(peak, fabs((double)d->real[i]));
     }
-    const double span = o->has_range ? info.value_max - info.value_min : largest - least,
+    const double span = o->has_value_range ? info.value_max - info.value_min : largest - least,
                  psnr = 10 * log10(span * span * (double)with_value / squares);
     /* Effort fast measures on terms; the sums of others are in another order. */
     const double slack = o->effort == CVOL_EFFORT_FAST ? 0.02 : 1e-6;
@@ -288,9 +288,10 @@ static void check_samples(trial *t, const decoded *d, const cvol_compress_report
         violate(t, "the largest value, and its bound", largest, info.value_max);
     double lowest, highest;
     cvol_type_get_range(&lowest, &highest, t->grid.type);
-    if (o->has_range && with_value &&
-        (info.value_min > fmax(o->least, lowest) || info.value_max < fmin(o->largest, highest)))
-        violate(t, "the range of the original samples", info.value_min, o->least);
+    if (o->has_value_range && with_value &&
+        (info.value_min > fmax(o->value_min, lowest) ||
+         info.value_max < fmin(o->value_max, highest)))
+        violate(t, "the range of the original samples", info.value_min, o->value_min);
 }
 
 /* A file has the announced size, and its samples the same bits. */

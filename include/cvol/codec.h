@@ -67,10 +67,11 @@ typedef struct cvol_compress_options {
                      and more that are made to a ratio or to bits per sample, so that slices read
                      faster (doc/format.md, section 6); transcoding: as in the array. Smaller bricks
                      take more bits */
-    int has_range; /* 1: the samples differ from original ones, which lie in least .. largest. The
-                      array states and keeps this range, widened by that of the samples. Bounds of
-                      products then hold for the original samples. Not used by transcoding */
-    double least, largest;
+    int has_value_range; /* 1: the samples differ from original ones, which lie in value_min ..
+                            value_max. The array states this range, widened by that of the samples,
+                            so that bounds of products hold for the original samples. Not used by
+                            transcoding */
+    double value_min, value_max;
 } cvol_compress_options;
 
 /* Sets *options, which has `size` bytes, to the defaults. */

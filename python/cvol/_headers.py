@@ -169,9 +169,9 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("effort", "i", ()),
         ("no_histogram", "i", ()),
         ("brick", "i", (3,)),
-        ("has_range", "i", ()),
-        ("least", "d", ()),
-        ("largest", "d", ()),
+        ("has_value_range", "i", ()),
+        ("value_min", "d", ()),
+        ("value_max", "d", ()),
     ],
     "cvol_compress_report": [
         ("ratio", "d", ()),

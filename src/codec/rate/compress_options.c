@@ -71,12 +71,12 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
     if (options->background == CVOL_BACKGROUND_VALUE && !isfinite(options->background_value))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the background is %g, must be finite",
                          options->background_value);
-    if (options->has_range && !(options->least <= options->largest && isfinite(options->least) &&
-                                isfinite(options->largest)))
+    if (options->has_value_range && !(options->value_min <= options->value_max &&
+                                      isfinite(options->value_min) && isfinite(options->value_max)))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "the range of the original samples is %g to %g: both must be finite, and "
                          "the first one not larger",
-                         options->least, options->largest);
+                         options->value_min, options->value_max);
     if (options->lossless)
         return CVOL_OK;
     switch (options->target) {

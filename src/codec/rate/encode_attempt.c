@@ -107,12 +107,12 @@ void cvol_attempt_widen_range(double *least, double *largest, cvol_type type,
                               const cvol_compress_options *options)
 {
     double lowest, highest;
-    if (!options->has_range)
+    if (!options->has_value_range)
         return;
     cvol_type_get_range(&lowest, &highest, type);
     const int is_integer = cvol_type_is_integer(type);
-    const double low = is_integer ? floor(options->least) : options->least;
-    const double high = is_integer ? ceil(options->largest) : options->largest;
+    const double low = is_integer ? floor(options->value_min) : options->value_min;
+    const double high = is_integer ? ceil(options->value_max) : options->value_max;
     *least = fmin(*least, fmax(low, lowest));
     *largest = fmax(*largest, fmin(high, highest));
 }

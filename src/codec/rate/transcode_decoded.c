@@ -87,9 +87,9 @@ int cvol_transcode_decoded(cvol_context *context, cvol_array **out, cvol_compres
     how.target = target;
     how.target_value = value;
     how.least_psnr = 0;
-    how.has_range = 1;
-    how.least = array->error_bound.value_min;
-    how.largest = array->error_bound.value_max;
+    how.has_value_range = 1;
+    how.value_min = array->error_bound.value_min;
+    how.value_max = array->error_bound.value_max;
     how.has_fill = fills != NULL; /* one finite value at most; all NaN and infinite ones */
     for (int i = 0; fills && i < fills->count; i++) {
         const double fill = cvol_fills_value(fills, i, array->grid.type);
