@@ -55,10 +55,28 @@ static void test_raw(void **state)
     cvol_volume_free(v);
 }
 
+/* Only raw samples have no header; a file that cannot be read is an error, and no raw file. */
+static void test_whether_files_have_headers(void **state)
+{
+    (void)state;
+    int is = -1;
+    check_ok(cvol_file_read_is_volume(context, &is, write_bytes("some.bin", counting, 12)));
+    assert_int_equal(is, 0);
+    const char *path = write_text("h.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\n", counting, 12);
+    check_ok(cvol_file_read_is_volume(context, &is, path));
+    assert_int_equal(is, 1);
+    path = in_folder("none.nrrd");
+    assert_int_equal(cvol_file_read_is_volume(context, &is, path), CVOL_ERROR_IO);
+    assert_int_equal(is, 0);
+    assert_non_null(strstr(cvol_context_message(context), "none.nrrd: No such file"));
+    assert_int_equal(cvol_file_is_volume(path), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest reading[] = {
         cmocka_unit_test(test_raw),
+        cmocka_unit_test(test_whether_files_have_headers),
     };
     return cmocka_run_group_tests(reading, files_setup, files_teardown) != 0;
 }
