@@ -167,12 +167,27 @@ static double find_deviation(const cvol_image *image)
     return sqrt(fmax(squares / count - sum * sum / (count * count), 0));
 }
 
+/* Pictures of matter by both engines deviate at most so much. */
+static void expect_smooth(const cvol_volume *volume, const cvol_array *array,
+                          const cvol_render_options *options, int number, double most)
+{
+    static const cvol_transfer_point opaque[] = {{40, 0.6, 0.6, 0.6, 0}, {90, 0.6, 0.6, 0.6, 0.8}};
+    cvol_image *images[2] = {support_sheet(context, array, opaque, 2, options),
+                             support_ray(context, volume, opaque, 2, options)};
+    for (int engine = 0; engine < 2; engine++) {
+        const double deviation = find_deviation(images[engine]);
+        if (test_verbose() || deviation > most)
+            print_message("picture %d, engine %d: %.1f\n", number, engine, deviation);
+        assert_true(deviation <= most);
+        cvol_image_free(images[engine]);
+    }
+}
+
 /* A composite with light: a cut shows its matter, not the light of the noise within it (deviations
  * of 15 to 23 without the fade). */
 static void test_light(void **state)
 {
     (void)state;
-    static const cvol_transfer_point opaque[] = {{40, 0.6, 0.6, 0.6, 0}, {90, 0.6, 0.6, 0.6, 0.8}};
     cvol_volume volume = make_noise(SIDE);
     cvol_array *array = support_compress(context, &volume, 16, 60);
     for (int k = 0; k < 6; k++) {
@@ -185,15 +200,7 @@ static void test_light(void **state)
         else
             options.clip = (cvol_clip){.planes = 1, .plane = {{0.2, 1, -0.1, -2}}};
         options.camera.fov_deg = k >= 4 ? 30 : 0;
-        cvol_image *images[2] = {support_sheet(context, array, opaque, 2, &options),
-                                 support_ray(context, &volume, opaque, 2, &options)};
-        for (int engine = 0; engine < 2; engine++) {
-            const double deviation = find_deviation(images[engine]);
-            if (test_verbose() || deviation > 13)
-                print_message("clip %d, engine %d: %.1f\n", k, engine, deviation);
-            assert_true(deviation <= 13);
-            cvol_image_free(images[engine]);
-        }
+        expect_smooth(&volume, array, &options, k, 13);
     }
     cvol_array_free(array);
     free(volume.data);
@@ -204,7 +211,6 @@ static void test_light(void **state)
 static void test_slabs(void **state)
 {
     (void)state;
-    static const cvol_transfer_point opaque[] = {{40, 0.6, 0.6, 0.6, 0}, {90, 0.6, 0.6, 0.6, 0.8}};
     static const size_t slices[] = {1, 2, 5, 10};
     static const double mosts[] = {10, 8, 15, 15};
     for (int k = 0; k < 8; k++) {
@@ -214,15 +220,7 @@ static void test_slabs(void **state)
         options.shading.on = 1;
         options.camera.zoom = 1.5;
         options.sheet.ray_order = k % 2 ? CVOL_RAY_ORDER_OBJECT : CVOL_RAY_ORDER_IMAGE;
-        cvol_image *images[2] = {support_sheet(context, array, opaque, 2, &options),
-                                 support_ray(context, &volume, opaque, 2, &options)};
-        for (int engine = 0; engine < 2; engine++) {
-            const double deviation = find_deviation(images[engine]), most = mosts[k / 2];
-            if (test_verbose() || deviation > most)
-                print_message("%zu slices, engine %d: %.1f\n", slices[k / 2], engine, deviation);
-            assert_true(deviation <= most);
-            cvol_image_free(images[engine]);
-        }
+        expect_smooth(&volume, array, &options, k, mosts[k / 2]);
         cvol_array_free(array);
         free(volume.data);
     }
@@ -233,7 +231,6 @@ static void test_slabs(void **state)
 static void test_full_volume(void **state)
 {
     (void)state;
-    static const cvol_transfer_point opaque[] = {{40, 0.6, 0.6, 0.6, 0}, {90, 0.6, 0.6, 0.6, 0.8}};
     cvol_volume volume = make_noise(SIDE);
     cvol_array *array = support_compress(context, &volume, 16, 60);
     for (int k = 0; k < 3; k++) {
@@ -242,15 +239,7 @@ static void test_full_volume(void **state)
         options.camera.zoom = 1.5;
         options.camera.fov_deg = k == 2 ? 30 : 0;
         options.sheet.ray_order = k == 1 ? CVOL_RAY_ORDER_OBJECT : CVOL_RAY_ORDER_AUTO;
-        cvol_image *images[2] = {support_sheet(context, array, opaque, 2, &options),
-                                 support_ray(context, &volume, opaque, 2, &options)};
-        for (int engine = 0; engine < 2; engine++) {
-            const double deviation = find_deviation(images[engine]);
-            if (test_verbose() || deviation > 8)
-                print_message("picture %d, engine %d: %.1f\n", k, engine, deviation);
-            assert_true(deviation <= 8);
-            cvol_image_free(images[engine]);
-        }
+        expect_smooth(&volume, array, &options, k, 8);
     }
     cvol_array_free(array);
     free(volume.data);
