@@ -71,7 +71,7 @@ typedef struct cvol_compress_options {
                             value_max. The array states this range, widened by that of the samples,
                             so that bounds of products hold for the original samples. Not used by
                             transcoding */
-    double value_min, value_max;
+    double value_min, value_max; /* the range of the original samples, if has_value_range */
 } cvol_compress_options;
 
 /* Sets *options, which has `size` bytes, to the defaults. */
