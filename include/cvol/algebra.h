@@ -8,12 +8,12 @@
  * carry, and less where earlier results in a chain of operations have lost some: a whole chain adds
  * no more to the bound than its first operands carry.
  *
- * Samples without a value in an operand have none in the result, except that resampling gives all
- * samples values, which mean nothing where samples were missing. Samples of the separate background
- * (cvol/codec.h) of both operands, or of an operand that is scaled or truncated, are background of
- * the result; so is a background of 0 of one factor of a product. The gradient, and a kernel, make
- * background of samples for which they read only background; a kernel only if the edge of the
- * background stays sharper than a step of quantization. Other results have no separate background.
+ * Samples without a value in an operand have none in the result. Resampling gives samples a value
+ * if all samples that they are made of have one. Samples of the separate background (cvol/codec.h)
+ * of both operands, or of an operand that is scaled or truncated, are background of the result; so
+ * is a background of 0 of one factor of a product. The gradient, and a kernel, make background of
+ * samples for which they read only background; a kernel only if the edge of the background stays
+ * sharper than a step of quantization. Other results have no separate background.
  *
  * Whole arrays under DFT and DHT are periodic, under DCT mirrored at their ends (a[-1 - x] = a[x]).
  * Arrays in blocks are mirrored under every transform.

@@ -231,7 +231,8 @@ class Algebra:
         return self._make("array_shift", self, _abi.Double3(*offset[::-1], *[0.0] * (3 - self.ndim)))
 
     def resample(self, factor: int, keep: Optional[Keep] = None) -> "Volume":
-        """Twice (factor 2) or half (-2) as many samples along each axis. Missing samples get values without meaning."""
+        """Twice (factor 2) or half (-2) as many samples along each axis. A sample that is made of a missing one is
+        missing."""
         if factor not in (2, -2):
             raise ValueError(f"factor is {factor!r}, must be 2 or -2")
         return self._make("array_resample", self, int(factor), _keep(keep))

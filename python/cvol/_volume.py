@@ -42,6 +42,7 @@ class Info:
         follow from error_bound and sample_error_bound, as bounds.
     exact: slices equal the original samples; psnr_db is then infinite.
     background: the value of a separately stored background, or None.
+    missing_samples: number of samples without a value; psnr_db and errors leave them out.
     bricks: sides of the boxes that a file decodes independently (None: not a volume in DCT blocks).
     """
 
@@ -63,6 +64,7 @@ class Info:
     max_error: float
     background: Optional[float]
     background_samples: int
+    missing_samples: int
     bricks: Optional[tuple[int, int, int]]
 
 
@@ -171,7 +173,8 @@ class Volume(NumpyArray, Algebra):
             max_abs=i.max_abs, error_bound=i.l2_error, sample_error_bound=i.point_error, measured=bool(i.measured), psnr_db=i.psnr_db,
             exact=i.psnr_db == math.inf,
             max_error=i.max_error, background=i.background if i.background_samples else None,
-            background_samples=i.background_samples, bricks=(i.brick[2], i.brick[1], i.brick[0]) if i.brick[0] else None,
+            background_samples=i.background_samples, missing_samples=i.missing_samples,
+            bricks=(i.brick[2], i.brick[1], i.brick[0]) if i.brick[0] else None,
         )  # fmt: skip
 
     @property

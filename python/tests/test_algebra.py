@@ -35,6 +35,15 @@ def test_operators(pair, case):
     check(CASES[case](va, vb), CASES[case](a, b))
 
 
+def test_resample_missing(pair):
+    a = pair[0].copy()
+    a[3, 4, 5] = a[10:20, 3:9, 30:40] = np.nan
+    half = cvol.compress(a, 8).resample(-2)
+    means = a.reshape(16, 2, 12, 2, 24, 2).mean(axis=(1, 3, 5))
+    assert np.array_equal(np.isnan(np.asarray(half)), np.isnan(means))
+    assert half.info.missing_samples == np.isnan(means).sum() > 0
+
+
 def test_convolve(pair):
     a, _, va, _ = pair
     wide = np.pad(a, 1, mode="symmetric").astype(float)

@@ -12,6 +12,7 @@
 #include <math.h>
 
 #include "array/algebra/operations.h"
+#include "array/algebra/result_mask.h"
 #include "array/core/array.h"
 #include "array/evaluate/decoded_terms.h"
 #include "array/evaluate/dirichlet.h"
@@ -110,6 +111,9 @@ int cvol_array_resample(cvol_context *context, cvol_array **out, const cvol_arra
     cvol_rescale_set(array, a->grid.value_scale, a->grid.value_offset);
     array->error_bound = cvol_error_bound_filter(&a->error_bound, norm, sum, 1);
     code = cvol_array_check_error_bound(context, array, &array->error_bound, "resample");
+    if (code)
+        goto done;
+    code = cvol_result_mask_resample(context, array, a);
     if (code)
         goto done;
     code = a->block ? cvol_blocks_resample(context, array, &result, a, rule)

@@ -5,54 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/algebra/mask_cells.h"
 #include "base/context.h"
 
-enum { CELL = CVOL_MASK_CELL, CELL_SAMPLES = CELL * CELL * CELL };
-
-/* The bits of a value as float32, the sample type of results. */
-static uint64_t bits_of(double value)
-{
-    uint64_t bits;
-    (void)cvol_fills_of_value(&bits, CVOL_FLOAT32, value);
-    return bits;
-}
-
-/* Visits the cells of a volume. */
-typedef struct cell_place {
-    size_t at[3], begin[3], end[3];
-} cell_place;
-
-static size_t cells_along(const size_t dims[3], int axis)
-{
-    return (dims[axis] - 1) / CELL + 1;
-}
-
-static size_t cell_count(const size_t dims[3])
-{
-    return cells_along(dims, 0) * cells_along(dims, 1) * cells_along(dims, 2);
-}
-
-static cell_place cell_at(const size_t dims[3], size_t index)
-{
-    const size_t columns = cells_along(dims, 0), rows = cells_along(dims, 1);
-    cell_place cell = {.at = {index % columns, index / columns % rows, index / columns / rows}};
-    for (int a = 0; a < 3; a++) {
-        cell.begin[a] = CELL * cell.at[a];
-        cell.end[a] = cell.begin[a] + CELL < dims[a] ? cell.begin[a] + CELL : dims[a];
-    }
-    return cell;
-}
-
-static size_t samples_of(const cell_place *cell)
-{
-    return (cell->end[0] - cell->begin[0]) * (cell->end[1] - cell->begin[1]) *
-           (cell->end[2] - cell->begin[2]);
-}
-
-static int fail_memory(cvol_context *context)
-{
-    return cvol_fail_memory(context, CELL_SAMPLES, "the mask of a result");
-}
+enum { CELL = CVOL_MASK_CELL };
 
 /* The background is a value of the result. In exact arithmetic it is `value`: rounding to float32
  * may move it out of the range, and is an error of all its samples. */
@@ -83,23 +39,14 @@ static int copy_mask(cvol_context *context, cvol_array *out, const cvol_mask *ma
 {
     const size_t *dims = out->grid.dims;
     int code = cvol_mask_create(context, &out->mask, dims, fills);
-    for (size_t i = 0; i < cell_count(dims) && !code; i++) {
-        const cell_place cell = cell_at(dims, i);
+    for (size_t i = 0; i < cvol_mask_place_count(dims) && !code; i++) {
+        const cvol_mask_place cell = cvol_mask_place_at(dims, i);
         const cvol_mask_rows *rows;
         const uint8_t state = cvol_mask_cell_get(mask, cell.at, &rows);
         if (state && !cvol_mask_cell_put(out->mask, cell.at, state, rows))
-            code = fail_memory(context);
+            code = cvol_mask_fail_memory(context);
     }
     return code ? code : cvol_mask_set_fills(context, &out->mask, fills);
-}
-
-/* The fills of samples without a value, in the type of results. */
-static cvol_fills void_fills(const cvol_array *a)
-{
-    cvol_fills fills = *cvol_mask_fills(a->mask);
-    for (int i = 0; i < fills.count; i++)
-        fills.bits[i] = bits_of(cvol_fills_value(cvol_mask_fills(a->mask), i, a->grid.type));
-    return fills;
 }
 
 int cvol_result_mask_scale(cvol_context *context, cvol_array *out, const cvol_array *a,
@@ -107,10 +54,10 @@ int cvol_result_mask_scale(cvol_context *context, cvol_array *out, const cvol_ar
 {
     if (!a->mask)
         return CVOL_OK;
-    cvol_fills fills = void_fills(a);
+    cvol_fills fills = cvol_mask_result_fills(a);
     const double value = fills.background ? alpha * cvol_array_background(a) + beta : 0;
     if (fills.background)
-        fills.bits[0] = bits_of(value);
+        fills.bits[0] = cvol_mask_result_bits(value);
     const int code = copy_mask(context, out, a->mask, &fills);
     if (!code)
         include_background(out, value);
@@ -119,9 +66,10 @@ int cvol_result_mask_scale(cvol_context *context, cvol_array *out, const cvol_ar
 
 /* The box of samples around a cell that a filter reads, within the volume: mirrored samples lie in
  * it, too. */
-static cell_place widen(const cell_place *cell, const size_t radius[3], const size_t dims[3])
+static cvol_mask_place widen(const cvol_mask_place *cell, const size_t radius[3],
+                             const size_t dims[3])
 {
-    cell_place box = *cell;
+    cvol_mask_place box = *cell;
     for (int a = 0; a < 3; a++) {
         box.begin[a] = cell->begin[a] > radius[a] ? cell->begin[a] - radius[a] : 0;
         box.end[a] = cell->end[a] + radius[a] < dims[a] ? cell->end[a] + radius[a] : dims[a];
@@ -131,8 +79,8 @@ static cell_place widen(const cell_place *cell, const size_t radius[3], const si
 
 /* Along one axis: a sample stays masked if all samples within the radius are. From `box` to the
  * part of it that the cell has along this axis. */
-static void erode_axis(uint8_t *out, const uint8_t *in, cell_place *box, const cell_place *cell,
-                       int axis, size_t radius)
+static void erode_axis(uint8_t *out, const uint8_t *in, cvol_mask_place *box,
+                       const cvol_mask_place *cell, int axis, size_t radius)
 {
     const size_t size[3] = {box->end[0] - box->begin[0], box->end[1] - box->begin[1],
                             box->end[2] - box->begin[2]};
@@ -155,7 +103,7 @@ static void erode_axis(uint8_t *out, const uint8_t *in, cell_place *box, const c
 }
 
 /* NONE or ALL if all cells that meet the box agree, else SOME. */
-static cvol_mask_state state_in(const cvol_mask *mask, const cell_place *box)
+static cvol_mask_state state_in(const cvol_mask *mask, const cvol_mask_place *box)
 {
     size_t at[3];
     int none = 1, all = 1;
@@ -170,10 +118,10 @@ static cvol_mask_state state_in(const cvol_mask *mask, const cell_place *box)
 }
 
 /* room: two boxes. */
-static int erode_cell(cvol_mask *out, const cvol_mask *mask, const cell_place *cell,
+static int erode_cell(cvol_mask *out, const cvol_mask *mask, const cvol_mask_place *cell,
                       const size_t radius[3], const size_t dims[3], uint8_t *room, size_t half)
 {
-    cell_place box = widen(cell, radius, dims);
+    cvol_mask_place box = widen(cell, radius, dims);
     uint8_t *in = room, *to = room + half;
     if (cvol_mask_cell(mask, cell->at) == CVOL_MASK_NONE)
         return 1;
@@ -186,14 +134,15 @@ static int erode_cell(cvol_mask *out, const cvol_mask *mask, const cell_place *c
         in = to;
         to = other;
     }
-    return !memchr(in, 1, samples_of(cell)) || cvol_mask_set(out, in, cell->begin, cell->end);
+    return !memchr(in, 1, cvol_mask_place_samples(cell)) ||
+           cvol_mask_set(out, in, cell->begin, cell->end);
 }
 
 /* The background of a filter's result: where the filter reads nothing else. */
 static int erode(cvol_context *context, cvol_array *out, const cvol_mask *mask,
                  const size_t radius[3], double value)
 {
-    const cvol_fills fills = {.count = 1, .background = 1, .bits = {bits_of(value)}};
+    const cvol_fills fills = {.count = 1, .background = 1, .bits = {cvol_mask_result_bits(value)}};
     const size_t *dims = out->grid.dims;
     size_t half = 1;
     for (int a = 0; a < 3; a++)
@@ -204,8 +153,8 @@ static int erode(cvol_context *context, cvol_array *out, const cvol_mask *mask,
     {
         uint8_t *room = code ? NULL : malloc(2 * half);
 #pragma omp for schedule(dynamic, 64)
-        for (size_t i = 0; i < cell_count(dims); i++) {
-            const cell_place cell = cell_at(dims, i);
+        for (size_t i = 0; i < cvol_mask_place_count(dims); i++) {
+            const cvol_mask_place cell = cvol_mask_place_at(dims, i);
             if (!room || !erode_cell(out->mask, mask, &cell, radius, dims, room, half)) {
 #pragma omp atomic write
                 failed = 1;
@@ -213,7 +162,7 @@ static int erode(cvol_context *context, cvol_array *out, const cvol_mask *mask,
         }
         free(room);
     }
-    return !code && failed ? fail_memory(context) : code;
+    return !code && failed ? cvol_mask_fail_memory(context) : code;
 }
 
 int cvol_result_mask_filter(cvol_context *context, cvol_array *out, const cvol_array *a,
@@ -222,7 +171,7 @@ int cvol_result_mask_filter(cvol_context *context, cvol_array *out, const cvol_a
     if (!a->mask)
         return CVOL_OK;
     if (!cvol_mask_is_background(a->mask)) {
-        const cvol_fills fills = void_fills(a);
+        const cvol_fills fills = cvol_mask_result_fills(a);
         return copy_mask(context, out, a->mask, &fills);
     }
     const double value = factor * cvol_array_background(a);
@@ -255,13 +204,13 @@ static combination combination_of(const cvol_array *a, const cvol_array *b, int 
         c.absorbs[i] = is_product && c.is_background[i] && cvol_array_background(operand) == 0;
     }
     if (!c.is_void[0] && !c.is_void[1]) {
-        c.fills = (cvol_fills){.count = 1, .background = 1, .bits = {bits_of(value)}};
+        c.fills = (cvol_fills){.count = 1, .background = 1, .bits = {cvol_mask_result_bits(value)}};
         return c;
     }
     for (int i = 0; i < 2; i++) {
         if (!c.is_void[i])
             continue;
-        const cvol_fills own = void_fills(c.operands[i]);
+        const cvol_fills own = cvol_mask_result_fills(c.operands[i]);
         cvol_fills_unite(c.number[i], &c.fills, &own);
     }
     return c;
@@ -279,20 +228,20 @@ static uint8_t combine(const combination *c, uint8_t a, uint8_t b)
     return 0;
 }
 
-static void read_cell(uint8_t *which, const cvol_array *a, const cell_place *cell)
+static void read_cell(uint8_t *which, const cvol_array *a, const cvol_mask_place *cell)
 {
     if (a->mask)
         cvol_mask_get(which, a->mask, cell->begin, cell->end);
     else
-        memset(which, 0, samples_of(cell));
+        memset(which, 0, cvol_mask_place_samples(cell));
 }
 
 /* Sets one cell of the result's mask and of those of the operands. */
 static int combine_cell(const combination *c, cvol_mask *out, cvol_mask *const less[2],
-                        const cell_place *cell)
+                        const cvol_mask_place *cell)
 {
-    uint8_t of[2][CELL_SAMPLES], result[CELL_SAMPLES];
-    const size_t count = samples_of(cell);
+    uint8_t of[2][CVOL_MASK_CELL_SAMPLES], result[CVOL_MASK_CELL_SAMPLES];
+    const size_t count = cvol_mask_place_samples(cell);
     int is_masked = 0, done = 1;
     for (int i = 0; i < 2; i++)
         read_cell(of[i], c->operands[i], cell);
@@ -325,7 +274,7 @@ static int has_single_fills(const combination *c)
     return c->fills.count == 1;
 }
 
-static void read_rows(cvol_mask_rows *rows, const cvol_array *a, const cell_place *cell,
+static void read_rows(cvol_mask_rows *rows, const cvol_array *a, const cvol_mask_place *cell,
                       const cvol_mask_rows *inside)
 {
     const cvol_mask_rows *mixed;
@@ -338,7 +287,7 @@ static void read_rows(cvol_mask_rows *rows, const cvol_array *a, const cell_plac
         memset(rows, 0, sizeof *rows);
 }
 
-static int write_rows(cvol_mask *mask, const cell_place *cell, const cvol_mask_rows *rows,
+static int write_rows(cvol_mask *mask, const cvol_mask_place *cell, const cvol_mask_rows *rows,
                       const cvol_mask_rows *inside)
 {
     unsigned any = 0;
@@ -351,7 +300,7 @@ static int write_rows(cvol_mask *mask, const cell_place *cell, const cvol_mask_r
 }
 
 /* The samples of a cell that lie in the volume. */
-static void fill_inside(cvol_mask_rows *inside, const cell_place *cell)
+static void fill_inside(cvol_mask_rows *inside, const cvol_mask_place *cell)
 {
     const uint16_t row = (uint16_t)((1u << (cell->end[0] - cell->begin[0])) - 1);
     memset(inside, 0, sizeof *inside);
@@ -362,7 +311,7 @@ static void fill_inside(cvol_mask_rows *inside, const cell_place *cell)
 
 /* combine_cell for masks with one fill each. */
 static int combine_rows(const combination *c, cvol_mask *out, cvol_mask *const less[2],
-                        const cell_place *cell)
+                        const cvol_mask_place *cell)
 {
     cvol_mask_rows inside, of[2], result;
     fill_inside(&inside, cell);
@@ -386,7 +335,7 @@ static int combine_rows(const combination *c, cvol_mask *out, cvol_mask *const l
     return done;
 }
 
-static int is_clear(const cvol_array *a, const cell_place *cell)
+static int is_clear(const cvol_array *a, const cvol_mask_place *cell)
 {
     return !a->mask || cvol_mask_cell(a->mask, cell->at) == CVOL_MASK_NONE;
 }
@@ -406,12 +355,12 @@ int cvol_result_mask_combine(cvol_context *context, cvol_array *out, cvol_masked
             code = cvol_mask_create(context, &operands->masks[i], dims,
                                     cvol_mask_fills(c.operands[i]->mask));
     const int single = has_single_fills(&c);
-    for (size_t i = 0; i < cell_count(dims) && !code; i++) {
-        const cell_place cell = cell_at(dims, i);
+    for (size_t i = 0; i < cvol_mask_place_count(dims) && !code; i++) {
+        const cvol_mask_place cell = cvol_mask_place_at(dims, i);
         if (is_clear(a, &cell) && is_clear(b, &cell))
             continue;
         if (!(single ? combine_rows : combine_cell)(&c, out->mask, operands->masks, &cell))
-            code = fail_memory(context);
+            code = cvol_mask_fail_memory(context);
     }
     if (code)
         return code;

@@ -21,6 +21,10 @@ int cvol_result_mask_scale(cvol_context *context, cvol_array *out, const cvol_ar
 int cvol_result_mask_filter(cvol_context *context, cvol_array *out, const cvol_array *a,
                             const size_t radius[3], double factor);
 
+/* The mask of half or twice the samples: a sample has a value if all samples that it is made of
+ * have one. There is no background. Errors: MEMORY. */
+int cvol_result_mask_resample(cvol_context *context, cvol_array *out, const cvol_array *a);
+
 /* Two operands, and where their background must be replaced. */
 typedef struct cvol_masked_operands {
     cvol_array a, b;     /* shallow copies, whose masks are these; not to be freed */
