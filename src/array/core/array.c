@@ -289,6 +289,17 @@ void cvol_array_derive_figures(cvol_array *array)
                                          sqrt(samples) / l2_error);
 }
 
+double cvol_array_rms_error(const cvol_array *array)
+{
+    const cvol_error_bound *bound = &array->error_bound;
+    const double all = bound->l2_error / sqrt((double)cvol_grid_samples(&array->grid));
+    const double error = fmax(0, all - CVOL_ROUNDING * fabs(array->offset));
+    /* Measured figures of integers are those of rounded samples. */
+    if (!array->measured || !isfinite(array->psnr_db) || cvol_type_is_integer(array->grid.type))
+        return error;
+    return fmin(error, (bound->value_max - bound->value_min) * cvol_pow(10, -array->psnr_db / 20));
+}
+
 /* Lapped volumes: |pre-filtered block| <= CVOL_LAP_PRE_NORM_3 |block and two samples around it|,
  * sqrt(20^3) max_abs, which is less than 4 sqrt(16^3) max_abs. */
 double cvol_array_coefficient_bound(const cvol_array *array)

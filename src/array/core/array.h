@@ -128,6 +128,10 @@ size_t cvol_array_valued_samples(const cvol_array *array);
 /* Derives psnr_db and max_error from the error bound. The mask must be set before: missing samples
  * have no error, and the PSNR is of the others. */
 void cvol_array_derive_figures(cvol_array *array);
+/* Estimates, for pictures, the RMS of the difference between the exact samples and the array's
+ * terms plus offset. It is not a bound: the rounding of samples to single precision, which depends
+ * on the offset, does not count, because pictures are drawn from terms. */
+double cvol_array_rms_error(const cvol_array *array);
 /* B^rank. */
 size_t cvol_array_block_terms(const cvol_array *array);
 /* Bounds the coefficients of an array of this shape whose samples are within

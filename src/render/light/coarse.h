@@ -10,7 +10,8 @@ typedef struct cvol_coarse {
     /* Along axis a, cell i is centred at sample first[a] + i pitch[a], and is length[a] mean
      * spacings long. */
     double first[3], pitch[3], length[3];
-    float *values; /* the mean of each cell, x fastest */
+    double offset; /* so that single precision suffices for values far from 0 */
+    float *values; /* the mean of each cell less the offset, x fastest */
     float *cover;  /* the share of each cell that has values; NULL: all have */
 } cvol_coarse;
 
@@ -28,6 +29,12 @@ int cvol_coarse_of_volume(cvol_context *context, cvol_coarse *out, const cvol_vo
  * then freed. */
 int cvol_coarse_surround(cvol_context *context, cvol_coarse *coarse);
 void cvol_coarse_free(cvol_coarse *coarse);
+
+/* The mean of cell i. */
+static inline double cvol_coarse_value(const cvol_coarse *coarse, size_t i)
+{
+    return coarse->offset + (double)coarse->values[i];
+}
 
 static inline size_t cvol_coarse_count(const cvol_coarse *coarse)
 {

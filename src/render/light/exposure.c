@@ -116,7 +116,7 @@ static void add_brightness(void *user, const float *depths, size_t first, size_t
         if (!(depth > 1e-3) || depths[k] > 6)
             continue;
         const double seen = (1 - exp(-depth)) * (double)cvol_sweep_transmittance(depths[k]);
-        const double unlit = seen * brightness_of(job, (double)cells->coarse->values[i]);
+        const double unlit = seen * brightness_of(job, cvol_coarse_value(cells->coarse, i));
         to->seen = (float)seen;
         to->unlit = (float)unlit;
         to->lit = (float)(unlit * phong_of(job, i)) * cells->factors[i];

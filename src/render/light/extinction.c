@@ -38,9 +38,9 @@ static double extinction_at(const cvol_transfer *transfer, const cvol_render_opt
 static void find_range(double range[2], const cvol_coarse *coarse)
 {
     const size_t count = cvol_coarse_count(coarse);
-    range[0] = range[1] = (double)coarse->values[0];
+    range[0] = range[1] = cvol_coarse_value(coarse, 0);
     for (size_t i = 1; i < count; i++) {
-        const double v = (double)coarse->values[i];
+        const double v = cvol_coarse_value(coarse, i);
         range[0] = v < range[0] ? v : range[0];
         range[1] = v > range[1] ? v : range[1];
     }
@@ -107,7 +107,7 @@ static void find_row(float *out, const absorption *of, const cvol_coarse *coarse
     const int is_clipped = clip->axes || clip->planes;
     for (size_t x = 0; x < n[0]; x++) {
         const size_t cell[3] = {x, y, z}, i = first + x;
-        const double v = (double)coarse->values[i];
+        const double v = cvol_coarse_value(coarse, i);
         double least = v, most = v;
         for (int a = 0; a < 3; a++)
             for (int side = 0; side < 2; side++) {
@@ -116,7 +116,7 @@ static void find_row(float *out, const absorption *of, const cvol_coarse *coarse
                 const size_t j = side ? i + apart[a] : i - apart[a];
                 if (coarse->cover && !(coarse->cover[j] > 0))
                     continue;
-                const double between = (v + (double)coarse->values[j]) / 2;
+                const double between = (v + cvol_coarse_value(coarse, j)) / 2;
                 least = between < least ? between : least;
                 most = between > most ? between : most;
             }

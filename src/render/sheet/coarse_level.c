@@ -17,7 +17,7 @@ typedef struct part {
     size_t begin, first, end; /* begin: of the level */
 } part;
 
-/* A sample of the level, as a share of the cells' sums. */
+/* A sample of the level less the array's offset, as a share of the cells' sums. */
 typedef struct sample {
     float value, cover;
 } sample;
@@ -28,8 +28,7 @@ static sample sample_at(const part *p, size_t x, size_t y, size_t z)
     const size_t block = x / side + blocks[0] * (y / side + blocks[1] * (z / side));
     const size_t at = block * CVOL_LEVEL_BLOCK_SAMPLES + x % side +
                       side * (y % side + side * (z % side));
-    return (sample){p->level.samples[at] + (float)p->level.shape->offset,
-                    p->level.cover ? p->level.cover[at] : 1};
+    return (sample){p->level.samples[at], p->level.cover ? p->level.cover[at] : 1};
 }
 
 /* Sets a cell to the mean of `count` samples of the level along each axis. */
@@ -83,6 +82,7 @@ int cvol_coarse_of_array_at(cvol_context *context, cvol_coarse *out, const cvol_
     const size_t step = number <= LEVEL_MAX ? slices : pitch > PART_SLICES ? pitch : PART_SLICES;
     int code = cvol_coarse_allocate(context, out, &array->grid, number,
                                     cvol_mask_is_void(array->mask));
+    out->offset = array->offset;
     for (size_t first = 0; first < slices && !code; first += step) {
         part p = {.number = number < LEVEL_MAX ? number : LEVEL_MAX,
                   .begin = first ? first - MARGIN : 0,

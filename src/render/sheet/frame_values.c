@@ -9,12 +9,6 @@
 
 /* ---- int16 samples -------------------------------------------------------------------------- */
 
-/* The mean distance between the array's samples and the original ones; NAN if unknown. */
-static double find_error(const cvol_array *array)
-{
-    return array->error_bound.l2_error / sqrt((double)cvol_grid_samples(&array->grid));
-}
-
 /* The mean error, in int16 units, from which maxima and minima are drawn from int16: the rounding
  * of int16 is then a small part of it. */
 #define INT16_ERROR_MIN 4
@@ -29,7 +23,7 @@ static cvol_int16_scale choose_int16_extremes(const cvol_sheet_plan *plan, const
                           : cvol_extremes_have_bounds(plan) ? 64
                                                             : CVOL_INT16_MAX / 8.0;
     const double scale = (CVOL_INT16_MAX - 2 * beyond) / range;
-    if (plan->du != plan->pitch_lane || !(find_error(array) * scale >= INT16_ERROR_MIN))
+    if (plan->du != plan->pitch_lane || !(cvol_array_rms_error(array) * scale >= INT16_ERROR_MIN))
         return (cvol_int16_scale){0, 0};
     return (cvol_int16_scale){(float)scale,
                               (float)(beyond - scale * (array->range_min - array->offset))};
@@ -51,7 +45,8 @@ static cvol_int16_scale int16_scale_of(const cvol_array *array, int lapped)
 
 int cvol_frame_fits_lit_int16(const cvol_array *array, int lapped)
 {
-    return find_error(array) * (double)int16_scale_of(array, lapped).scale >= LIT_INT16_ERROR_MIN;
+    return cvol_array_rms_error(array) * (double)int16_scale_of(array, lapped).scale >=
+           LIT_INT16_ERROR_MIN;
 }
 
 /* The int16 format of a composite, if int16 samples separate the table's entries. */

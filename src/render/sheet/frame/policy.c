@@ -66,9 +66,7 @@ cvol_transfer_traits cvol_transfer_traits_of(const cvol_array *array, const cvol
 {
     const double lo = array->error_bound.value_min, hi = array->error_bound.value_max;
     const int is_exact = array->is_of_exact || (array->residual && !(array->max_error > 0));
-    const double error = is_exact ? 0
-                                  : array->error_bound.l2_error /
-                                        sqrt((double)cvol_grid_samples(&array->grid));
+    const double error = is_exact ? 0 : cvol_array_rms_error(array);
     const double most = cvol_transfer_max_opacity(transfer, lo, hi);
     const double from = fmax(lo, transfer->points[0].value),
                  to = fmin(hi, transfer->points[transfer->count - 1].value);
