@@ -18,12 +18,12 @@ int cvol_array_check_box(cvol_context *context, const cvol_array *array, const s
     return CVOL_OK;
 }
 
-/* Sets samples of the background to its value. */
+/* Sets samples of the background to its value less `offset`. */
 static void apply_background(cvol_context *context, float *out, const cvol_array *array,
-                             const size_t begin[3], const size_t end[3])
+                             const size_t begin[3], const size_t end[3], double offset)
 {
     const size_t sheet = (end[0] - begin[0]) * (end[1] - begin[1]);
-    const float value = (float)cvol_array_background(array);
+    const float value = (float)(cvol_array_background(array) - offset);
     uint32_t bits;
     memcpy(&bits, &value, sizeof bits);
     const uint64_t patterns[CVOL_FILLS_MAX] = {bits};
@@ -36,7 +36,7 @@ static void apply_background(cvol_context *context, float *out, const cvol_array
 }
 
 static int evaluate_decoded(cvol_context *context, float *out, const cvol_array *array,
-                            const size_t begin[3], const size_t end[3])
+                            const size_t begin[3], const size_t end[3], double offset)
 {
     const size_t count = (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]);
     void *samples = cvol_allocate(count, cvol_type_size(array->grid.type));
@@ -45,24 +45,39 @@ static int evaluate_decoded(cvol_context *context, float *out, const cvol_array 
                                 "a box of samples");
     const int code = cvol_array_decoded_samples(context, samples, array, begin, end);
     if (!code)
-        cvol_samples_load(out, samples, array->grid.type, 0, count, 0);
+        cvol_samples_load(out, samples, array->grid.type, 0, count, offset);
     free(samples);
+    return code;
+}
+
+/* The samples less `offset`, which is 0 or the array's. */
+static int evaluate(cvol_context *context, float *out, const cvol_array *array,
+                    const size_t begin[3], const size_t end[3], double offset)
+{
+    cvol_array moved = *array; /* shallow */
+    int code = cvol_array_check_box(context, array, begin, end);
+    if (code)
+        return code;
+    if (array->residual)
+        return evaluate_decoded(context, out, array, begin, end, offset);
+    moved.offset -= offset;
+    code = array->block ? cvol_blocks_evaluate(context, out, &moved, begin, end)
+                        : cvol_whole_evaluate(context, out, &moved, begin, end);
+    if (!code && cvol_mask_is_background(array->mask))
+        apply_background(context, out, array, begin, end, offset);
     return code;
 }
 
 int cvol_array_evaluate_real(cvol_context *context, float *out, const cvol_array *array,
                              const size_t begin[3], const size_t end[3])
 {
-    int code = cvol_array_check_box(context, array, begin, end);
-    if (code)
-        return code;
-    if (array->residual)
-        return evaluate_decoded(context, out, array, begin, end);
-    code = array->block ? cvol_blocks_evaluate(context, out, array, begin, end)
-                        : cvol_whole_evaluate(context, out, array, begin, end);
-    if (!code && cvol_mask_is_background(array->mask))
-        apply_background(context, out, array, begin, end);
-    return code;
+    return evaluate(context, out, array, begin, end, 0);
+}
+
+int cvol_array_evaluate_less_offset(cvol_context *context, float *out, const cvol_array *array,
+                                    const size_t begin[3], const size_t end[3])
+{
+    return evaluate(context, out, array, begin, end, array->offset);
 }
 
 int cvol_whole_evaluate_stored(cvol_context *context, void *out, const cvol_array *array,

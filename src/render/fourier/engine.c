@@ -26,6 +26,7 @@
 typedef struct fourier_state {
     cvol_grid grid;
     cvol_fourier_source source;
+    double range[2]; /* of samples with a value */
     cvol_fourier_kernel kernel;
     cvol_fourier_volume volume;
     cvol_fourier_planes *planes; /* one for each thread that makes whole views */
@@ -60,13 +61,17 @@ static int find_window(cvol_context *context, fourier_state *state)
     if (array) {
         stats.min = array->error_bound.value_min;
         stats.max = array->error_bound.value_max;
+        state->source.offset = array->offset;
     } else {
         code = cvol_grid_check(context, &state->grid, "volume");
         if (!code)
             code = cvol_volume_compute_statistics(context, &stats, state->source.volume);
+        state->source.offset = stats.min;
     }
-    state->source.min = stats.min;
-    state->source.max = stats.max;
+    state->range[0] = stats.min;
+    state->range[1] = stats.max;
+    state->source.min = stats.min - state->source.offset;
+    state->source.max = stats.max - state->source.offset;
     return code;
 }
 
@@ -229,6 +234,7 @@ static int make_rows(cvol_context *context, const cvol_fourier_pixels *job, cvol
 {
     const size_t width = (size_t)job->view->width;
     const float lowest = (float)job->source.min;
+    const double offset = job->integrals ? 0 : job->source.offset; /* integrals have it */
     int code = CVOL_OK;
 #pragma omp parallel num_threads(cvol_context_threads(context))
     {
@@ -249,7 +255,7 @@ static int make_rows(cvol_context *context, const cvol_fourier_pixels *job, cvol
                 paint_row(image->rgba + 4 * width * (size_t)j, values, job, background);
             else
                 for (size_t i = 0; i < width; i++)
-                    values[i] = isnan(values[i]) ? lowest : values[i];
+                    values[i] = (float)((double)(isnan(values[i]) ? lowest : values[i]) + offset);
         }
         free(scratch);
     }
@@ -371,8 +377,8 @@ int cvol_renderer_project(cvol_context *context, cvol_renderer *renderer, float 
 void cvol_fourier_range(const void *opaque, double range[2])
 {
     const fourier_state *state = opaque;
-    range[0] = state->source.min;
-    range[1] = state->source.max;
+    range[0] = state->range[0];
+    range[1] = state->range[1];
 }
 
 const cvol_engine_table cvol_fourier_engine = {

@@ -140,7 +140,7 @@ void cvol_fourier_pixels_row(float *out, float *scratch, const cvol_fourier_pixe
     const double x = (0.5 - width / 2.0) * view->pixel + middle[0];
     const double y = (view->height / 2.0 - j - 0.5) * view->pixel + middle[1];
     meet(far, near, &job->rays, x, view->pixel, y, width);
-    const float base = (float)job->volume->base,
+    const float base = (float)(job->volume->base + (job->integrals ? job->source.offset : 0)),
                 above = (float)(job->volume->base - job->source.min);
     const float min = (float)job->source.min, max = (float)job->source.max;
     const float least = (float)job->floor;

@@ -3,6 +3,7 @@
 #include "render/fourier/slab.h"
 
 #include "array/core/array.h"
+#include "array/evaluate/box.h"
 #include "base/context.h"
 #include "base/for_type.h"
 #include "base/memory.h"
@@ -40,20 +41,20 @@ void cvol_fourier_slab_free(cvol_fourier_slab *of)
 }
 
 /* NaN fails the comparison and becomes min. */
-static inline float clamp_value(double value, double min, double max)
+static inline double clamp_value(double value, double min, double max)
 {
-    return (float)(value >= min ? (value <= max ? value : max) : min);
+    return value >= min ? (value <= max ? value : max) : min;
 }
 
 static void convert(float *out, const cvol_fourier_source *source, size_t from, size_t count,
                     int threads)
 {
-    const double min = source->min, max = source->max;
-#define CONVERT(type)                                               \
-    do {                                                            \
-        const type *at = (const type *)source->volume->data + from; \
-        for (size_t i = begin; i < end; i++)                        \
-            out[i] = clamp_value((double)at[i], min, max);          \
+    const double min = source->min, max = source->max, offset = source->offset;
+#define CONVERT(type)                                                      \
+    do {                                                                   \
+        const type *at = (const type *)source->volume->data + from;        \
+        for (size_t i = begin; i < end; i++)                               \
+            out[i] = (float)clamp_value((double)at[i] - offset, min, max); \
     } while (0)
 #pragma omp parallel for num_threads(threads) schedule(static)
     for (size_t part = 0; part < 64; part++) {
@@ -77,7 +78,8 @@ int cvol_fourier_slab_next(cvol_context *context, cvol_fourier_slab *of,
     const size_t begin[3] = {0, 0, of->first}, end[3] = {n[0], n[1], of->first + of->count};
     cvol_context quiet = *context;
     quiet.progress = NULL;
-    const int code = cvol_array_evaluate_real(&quiet, of->samples, source->array, begin, end);
+    const int code = cvol_array_evaluate_less_offset(&quiet, of->samples, source->array, begin,
+                                                     end);
     if (code)
         return cvol_fail(context, code, "%s", quiet.message);
     if (of->mask)

@@ -13,6 +13,8 @@
 /* Cells longer than this only if the longest axis would have more than CELLS_MAX. */
 #define LEVEL_MAX 3
 #define CELLS_MAX 255
+/* Samples of this magnitude and more have no value. */
+#define NO_VALUE 1e30
 
 int cvol_coarse_level(const cvol_grid *grid)
 {
@@ -92,6 +94,21 @@ int cvol_coarse_surround(cvol_context *context, cvol_coarse *coarse)
     return CVOL_OK;
 }
 
+/* A value near those of the samples: the first one that counts; 0 if none does. */
+static double find_offset(const cvol_volume *volume, const uint8_t *mask)
+{
+    const size_t count = cvol_grid_samples(&volume->grid);
+#define FIND(t)                                                \
+    for (size_t i = 0; i < count; i++) {                       \
+        const double v = (double)((const t *)volume->data)[i]; \
+        if (!(mask && mask[i]) && fabs(v) < NO_VALUE)          \
+            return v;                                          \
+    }
+    CVOL_FOR_TYPE(volume->grid.type, FIND)
+#undef FIND
+    return 0;
+}
+
 /* The cells of one row along x. */
 typedef struct row_job {
     const cvol_volume *volume;
@@ -104,16 +121,17 @@ typedef struct row_job {
 static void add_row(double *sums, double *counts, const row_job *job, size_t at, size_t pitch)
 {
     const size_t n = job->volume->grid.dims[0];
-#define ADD(t)                                                         \
-    do {                                                               \
-        const t *samples = (const t *)job->volume->data + at;          \
-        for (size_t x = 0; x < n; x++) {                               \
-            const double v = (double)samples[x];                       \
-            if ((job->mask && job->mask[at + x]) || !(fabs(v) < 1e30)) \
-                continue;                                              \
-            sums[x / pitch] += v;                                      \
-            counts[x / pitch] += 1;                                    \
-        }                                                              \
+    const double offset = job->out->offset;
+#define ADD(t)                                                             \
+    do {                                                                   \
+        const t *samples = (const t *)job->volume->data + at;              \
+        for (size_t x = 0; x < n; x++) {                                   \
+            const double v = (double)samples[x];                           \
+            if ((job->mask && job->mask[at + x]) || !(fabs(v) < NO_VALUE)) \
+                continue;                                                  \
+            sums[x / pitch] += v - offset;                                 \
+            counts[x / pitch] += 1;                                        \
+        }                                                                  \
     } while (0)
     CVOL_FOR_TYPE(job->volume->grid.type, ADD);
 #undef ADD
@@ -152,6 +170,7 @@ int cvol_coarse_of_volume(cvol_context *context, cvol_coarse *out, const cvol_vo
         return code;
     const size_t rows = out->dims[1] * out->dims[2];
     int failed = 0;
+    out->offset = find_offset(volume, mask);
 #pragma omp parallel num_threads(cvol_context_threads(context))
     {
         double *sums = cvol_allocate(2 * out->dims[0], sizeof *sums);

@@ -13,7 +13,8 @@ void cvol_splat_table_fill(cvol_splat_table *table, const cvol_transfer *transfe
                            const cvol_splat_source *source, cvol_type type, double distance,
                            double share)
 {
-    const double min = source->min, max = source->max, cells = CVOL_SPLAT_ENTRIES - 4;
+    const double min = source->min, max = source->max, offset = source->offset;
+    const double cells = CVOL_SPLAT_ENTRIES - 4;
     double lo = fmin(fmax(transfer->points[0].value, min), max);
     double hi = fmin(fmax(transfer->points[transfer->count - 1].value, min), max);
     double unit = hi > lo ? (hi - lo) / cells : 1;
@@ -21,7 +22,7 @@ void cvol_splat_table_fill(cvol_splat_table *table, const cvol_transfer *transfe
         lo = floor(lo);
         unit = 1 / floor(cells / (ceil(hi) - lo + 1));
     }
-    table->from = (float)(lo - unit);
+    table->from = (float)(lo - unit - offset);
     table->scale = (float)(1 / unit);
     int first = CVOL_SPLAT_ENTRIES, last = -1;
     for (int t = 0; t < CVOL_SPLAT_ENTRIES; t++) {
@@ -35,8 +36,9 @@ void cvol_splat_table_fill(cvol_splat_table *table, const cvol_transfer *transfe
             last = t;
         }
     }
-    table->visible_from = first == 0 ? -INFINITY : (float)(lo + (first - 2) * unit);
-    table->visible_to = last == CVOL_SPLAT_ENTRIES - 1 ? INFINITY : (float)(lo + last * unit);
+    table->visible_from = first == 0 ? -INFINITY : (float)(lo + (first - 2) * unit - offset);
+    table->visible_to = last == CVOL_SPLAT_ENTRIES - 1 ? INFINITY
+                                                       : (float)(lo + last * unit - offset);
     if (last < 0)
         table->visible_from = INFINITY;
 }

@@ -38,6 +38,8 @@ typedef struct cvol_splat_source {
     const cvol_array *array;
     const cvol_volume *volume;
     double min, max; /* their range, if known */
+    double offset;   /* of the array, or min: samples are loaded less it, so that single precision
+                        suffices for values far from 0 */
 } cvol_splat_source;
 
 /* Copies of samples before and behind each row. */
@@ -79,7 +81,7 @@ static inline const float *cvol_splat_slab_at(const cvol_splat_slab *slab, size_
  * scale. */
 typedef struct cvol_splat_table {
     float from, scale;
-    float visible_from, visible_to; /* opacity is 0 outside of these */
+    float visible_from, visible_to; /* opacity is 0 outside of these; less the offset */
     float entries[CVOL_SPLAT_ENTRIES][CVOL_SPLAT_CHANNELS] __attribute__((aligned(64)));
 } cvol_splat_table;
 

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "array/evaluate/box.h"
 #include "base/context.h"
 #include "base/for_type.h"
 #include "base/memory.h"
@@ -69,21 +70,21 @@ static strides strides_of(const cvol_splat_plan *plan, const size_t dims[3])
 }
 
 /* NaN fails the comparison and becomes min. */
-static inline float clamp_value(double value, double min, double max)
+static inline double clamp_value(double value, double min, double max)
 {
-    return (float)(value >= min ? (value <= max ? value : max) : min);
+    return value >= min ? (value <= max ? value : max) : min;
 }
 
 /* A row of dense samples. */
 static void load_row(float *out, const cvol_splat_source *source, size_t from, size_t step,
                      size_t count)
 {
-    const double min = source->min, max = source->max;
-#define LOAD(type)                                                  \
-    do {                                                            \
-        const type *at = (const type *)source->volume->data + from; \
-        for (size_t i = 0; i < count; i++)                          \
-            out[i] = clamp_value((double)at[i * step], min, max);   \
+    const double min = source->min, max = source->max, offset = source->offset;
+#define LOAD(type)                                                                  \
+    do {                                                                            \
+        const type *at = (const type *)source->volume->data + from;                 \
+        for (size_t i = 0; i < count; i++)                                          \
+            out[i] = (float)(clamp_value((double)at[i * step], min, max) - offset); \
     } while (0)
     CVOL_FOR_TYPE(source->volume->grid.type, LOAD)
 #undef LOAD
@@ -125,7 +126,7 @@ static int evaluate(cvol_context *context, const cvol_splat_slab *slab,
     hi[plan->axis_slice] = end;
     cvol_context quiet = *context;
     quiet.progress = NULL;
-    int code = cvol_array_evaluate_real(&quiet, slab->scratch, array, lo, hi);
+    int code = cvol_array_evaluate_less_offset(&quiet, slab->scratch, array, lo, hi);
     if (code)
         return cvol_fail(context, code, "%s", quiet.message);
     return cvol_mask_is_void(array->mask) ? blank(context, slab->scratch, array, lo, hi) : CVOL_OK;

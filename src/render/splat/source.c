@@ -11,6 +11,7 @@ int cvol_splat_input_make(cvol_context *context, cvol_splat_input *out, const cv
         out->grid = *cvol_array_grid(array);
         out->source.min = array->error_bound.value_min;
         out->source.max = array->error_bound.value_max;
+        out->source.offset = array->offset;
     } else {
         cvol_volume_statistics stats = {0};
         int code = cvol_grid_check(context, &volume->grid, "volume");
@@ -21,6 +22,7 @@ int cvol_splat_input_make(cvol_context *context, cvol_splat_input *out, const cv
         out->grid = volume->grid;
         out->source.min = stats.min;
         out->source.max = stats.max;
+        out->source.offset = stats.min;
     }
     out->table = cvol_allocate(1, sizeof *out->table);
     return out->table ? CVOL_OK
