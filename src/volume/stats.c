@@ -206,19 +206,21 @@ static void subtract(double *restrict a, const double *restrict b, size_t count,
             a[i] = difference_of(a[i], b[i]);
 }
 
-static void add_differences(apart *result, const double *values, size_t count)
+/* Adds differences times `scale`. */
+static void add_differences(apart *result, const double *values, size_t count, double scale)
 {
     double squares[LANES] = {0}, largest[LANES] = {0};
     size_t whole = count - count % LANES;
     for (size_t i = 0; i < whole; i += LANES)
         for (size_t l = 0; l < LANES; l++) {
-            double v = values[i + l];
+            double v = scale * values[i + l];
             squares[l] += v * v;
             largest[l] = v > largest[l] ? v : largest[l];
         }
     for (size_t i = whole; i < count; i++) {
-        squares[i - whole] += values[i] * values[i];
-        largest[i - whole] = fmax(largest[i - whole], values[i]);
+        double v = scale * values[i];
+        squares[i - whole] += v * v;
+        largest[i - whole] = fmax(largest[i - whole], v);
     }
     for (int l = 0; l < LANES; l++) {
         result->squares += squares[l];
@@ -235,7 +237,8 @@ static size_t count_missing(const double *a, const double *b, size_t count)
     return missing;
 }
 
-static apart chunk_compare(const cvol_volume *a, const cvol_volume *b, size_t first, size_t count)
+static apart chunk_compare(const cvol_volume *a, const cvol_volume *b, double scale, size_t first,
+                           size_t count)
 {
     double in_a[BUFFER_SAMPLES], in_b[BUFFER_SAMPLES];
     int integers = cvol_type_is_integer(a->grid.type) && cvol_type_is_integer(b->grid.type);
@@ -246,14 +249,14 @@ static apart chunk_compare(const cvol_volume *a, const cvol_volume *b, size_t fi
         load(in_b, b, first + done, some);
         result.missing += integers ? 0 : count_missing(in_a, in_b, some);
         subtract(in_a, in_b, some, integers);
-        add_differences(&result, in_a, some);
+        add_differences(&result, in_a, some, scale);
         done += some;
     }
     return result;
 }
 
 static int compare_samples(cvol_context *context, apart *total, const cvol_volume *a,
-                           const cvol_volume *b)
+                           const cvol_volume *b, double scale)
 {
     size_t samples = cvol_grid_samples(&a->grid);
     size_t chunks = (samples - 1) / CHUNK_SAMPLES + 1;
@@ -263,7 +266,7 @@ static int compare_samples(cvol_context *context, apart *total, const cvol_volum
 #pragma omp parallel for schedule(dynamic) num_threads(cvol_context_threads(context))
     for (size_t c = 0; c < chunks; c++) {
         size_t first = c * CHUNK_SAMPLES;
-        parts[c] = chunk_compare(a, b, first, smaller(CHUNK_SAMPLES, samples - first));
+        parts[c] = chunk_compare(a, b, scale, first, smaller(CHUNK_SAMPLES, samples - first));
     }
     *total = (apart){0, 0, 0};
     for (size_t c = 0; c < chunks; c++) {
@@ -280,6 +283,7 @@ int cvol_volume_compare(cvol_context *context, cvol_volume_difference *out, cons
 {
     cvol_volume_statistics stats;
     apart total = {0, 0, 0};
+    double scale = 1;
     int code = cvol_dense_check(context, b, "volume");
     if (!code)
         code = cvol_volume_compute_statistics(context, &stats, a);
@@ -291,13 +295,23 @@ int cvol_volume_compare(cvol_context *context, cvol_volume_difference *out, cons
                              a->grid.dims[0], a->grid.dims[1], a->grid.dims[2], b->grid.dims[0],
                              b->grid.dims[1], b->grid.dims[2]);
     if (!code)
-        code = compare_samples(context, &total, a, b);
+        code = compare_samples(context, &total, a, b, scale);
+    const double largest = total.largest;
+    if (!code && largest > 0 && isfinite(largest) && !(largest > 1e-140 && largest < 1e140)) {
+        /* Squares would underflow or overflow. */
+        scale = ldexp(1, (int)fmin(fmax(-ilogb(largest), -1000), 1000));
+        code = compare_samples(context, &total, a, b, scale);
+    }
     if (code)
         return code;
     const size_t samples = cvol_grid_samples(&a->grid) - total.missing;
-    out->rmse = samples ? sqrt(total.squares / (double)samples) : 0;
-    out->max_abs_error = total.largest;
+    const double scaled = samples ? sqrt(total.squares / (double)samples) : 0;
+    out->rmse = scaled / scale;
+    out->max_abs_error = largest;
     out->peak = stats.max - stats.min;
-    out->psnr_db = out->rmse > 0 ? 20 * cvol_log10(out->peak / out->rmse) : INFINITY;
+    /* Halves, because the range may be more than the largest double. */
+    const double half = stats.max / 2 - stats.min / 2;
+    out->psnr_db = scaled > 0 ? 20 * (cvol_log10(half / (scaled / 2)) + cvol_log10(scale))
+                              : INFINITY;
     return CVOL_OK;
 }

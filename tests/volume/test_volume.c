@@ -177,6 +177,34 @@ static void test_compare(void **state)
     cvol_volume_free(a);
 }
 
+/* Squares of tiny or huge differences are beyond the range of doubles. */
+static void test_compare_at_all_magnitudes(void **state)
+{
+    (void)state;
+    static const double scales[] = {1e-310, 1e-200, 1e-150, 1, 1e150, 1e200, 1e307};
+    const cvol_grid grid = cvol_grid_make(64, 33, 17, CVOL_FLOAT64);
+    cvol_volume *a, *b;
+    check_ok(cvol_volume_create(context, &a, &grid));
+    check_ok(cvol_volume_create(context, &b, &grid));
+    const size_t count = cvol_grid_samples(&grid);
+    for (size_t k = 0; k < sizeof scales / sizeof *scales; k++) {
+        double *in_a = a->data, *in_b = b->data;
+        for (size_t i = 0; i < count; i++) {
+            in_a[i] = scales[k] * (i % 2 ? 8 : -8);
+            in_b[i] = in_a[i] + scales[k] * (i % 2 ? 3 : -4);
+        }
+        cvol_volume_difference d;
+        check_ok(cvol_volume_compare(context, &d, a, b));
+        const double share = (double)(count / 2) / (double)count;
+        const double rmse = sqrt(share * 9 + (1 - share) * 16);
+        near(d.rmse / scales[k], rmse, 1e-4);
+        near(d.max_abs_error / scales[k], 4, 1e-4);
+        near(d.psnr_db, 20 * log10(16 / rmse), 1e-3);
+    }
+    cvol_volume_free(a);
+    cvol_volume_free(b);
+}
+
 /* ---- round trips --------------------------------------------------------------------- */
 
 static const struct {
@@ -537,7 +565,7 @@ int main(void)
     const struct CMUnitTest samples[] = {
         cmocka_unit_test(test_create),  cmocka_unit_test(test_addresses),
         cmocka_unit_test(test_stats),   cmocka_unit_test(test_stats_types),
-        cmocka_unit_test(test_compare),
+        cmocka_unit_test(test_compare), cmocka_unit_test(test_compare_at_all_magnitudes),
     };
     const struct CMUnitTest writing[] = {
         cmocka_unit_test(test_round_trips), cmocka_unit_test(test_spaces),
