@@ -5,6 +5,7 @@
 #include <float.h>
 
 #include "array/core/array.h"
+#include "cvol/algebra.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
@@ -178,6 +179,31 @@ static void test_outliers_cost_little(void **state)
                      (unsigned long long)bytes[k], (unsigned long long)bytes[0]);
 }
 
+/* Mean and standard deviation are within their bounds. Sums of the original samples are scaled,
+ * because their squares may underflow. */
+static void check_statistics(const cvol_array *array, const void *samples, const cvol_grid *grid,
+                             const char *name)
+{
+    cvol_array_statistics got;
+    double sum = 0, squares = 0, largest = 0;
+    for (size_t i = 0; i < COUNT; i++)
+        largest = fmax(largest, fabs(get(samples, grid->type, i)));
+    for (size_t i = 0; i < COUNT; i++)
+        sum += get(samples, grid->type, i) / largest;
+    const double mean = sum / COUNT;
+    for (size_t i = 0; i < COUNT; i++)
+        squares += pow(get(samples, grid->type, i) / largest - mean, 2);
+    const double deviation = sqrt(squares / COUNT);
+    check_ok(cvol_array_compute_statistics(context, &got, array));
+    if (!(fabs(got.mean / largest - mean) <= got.mean_error / largest * (1 + 1e-9)))
+        fail_msg("%s: mean %g +- %g, the samples have %g", name, got.mean, got.mean_error,
+                 mean * largest);
+    if (!(fabs(got.standard_deviation / largest - deviation) <=
+          got.standard_deviation_error / largest * (1 + 1e-9)))
+        fail_msg("%s: standard deviation %g +- %g, the samples have %g", name,
+                 got.standard_deviation, got.standard_deviation_error, deviation * largest);
+}
+
 /* The L2 bound holds for the samples of every level: level 0 restores outliers, others do not. */
 static void check_bounds(const char *path, const void *samples, const cvol_grid *grid,
                          const char *name)
@@ -192,6 +218,7 @@ static void check_bounds(const char *path, const void *samples, const cvol_grid 
         assert_int_equal(cvol_array_read_part(context, &array, NULL, path, &part), CVOL_OK);
         assert_int_equal(cvol_array_evaluate_real(context, real, array, zero, grid->dims), CVOL_OK);
         cvol_array_get_info(&info, array);
+        check_statistics(array, samples, grid, name);
         for (size_t i = 0; i < COUNT; i++)
             error = hypot(error, (double)real[i] - get(samples, grid->type, i));
         if (!(error <= info.l2_error))
@@ -207,7 +234,10 @@ static void test_bounds_cover_what_a_residual_restores(void **state)
     static const magnitude kinds[] = {{CVOL_FLOAT32, 1, 0, 1e9, "an outlier"},
                                       {CVOL_FLOAT64, 1, 0, -1e35, "an outlier beyond terms"},
                                       {CVOL_FLOAT32, 1, 0, 0, "a maximum error"},
-                                      {CVOL_FLOAT64, 1e7, 3, 0, "floats round doubles"}};
+                                      {CVOL_FLOAT64, 1e7, 3, 0, "floats round doubles"},
+                                      {CVOL_FLOAT64, 1e-40, 0, 0, "small doubles"},
+                                      {CVOL_FLOAT64, 1e-160, 0, 0, "squares are denormal"},
+                                      {CVOL_FLOAT64, 1e-200, 0, 0, "squares are 0"}};
     char *folder = support_folder_make(), *path = support_path(folder, "a.cvol");
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
         for (int exact = 0; exact < 2; exact++) {

@@ -18,6 +18,17 @@ void cvol_error_bound_widen(cvol_error_bound *error_bound, double l2, double poi
     error_bound->l2_error += l2;
 }
 
+/* Above this sum, the squares that underflow do not count. */
+#define SQUARES_LEAST 1e-280
+
+/* A square that underflows loses at most the least normal number. */
+double cvol_norm_of_squares(double squares, double largest, double samples)
+{
+    if (squares >= SQUARES_LEAST && squares <= DBL_MAX)
+        return sqrt(squares);
+    return largest > 0 ? fmin(sqrt(squares + samples * DBL_MIN), largest * sqrt(samples)) : 0;
+}
+
 double cvol_error_bound_largest(const cvol_error_bound *error_bound)
 {
     return fmax(fabs(error_bound->value_min), fabs(error_bound->value_max));

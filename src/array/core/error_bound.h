@@ -32,6 +32,10 @@ double cvol_error_bound_point(const cvol_error_bound *error_bound);
 /* Adds a further error of this L2 norm, which is at most `point` at every sample. */
 void cvol_error_bound_widen(cvol_error_bound *error_bound, double l2, double point);
 
+/* The L2 norm of samples with this sum of squares, of which `largest` is the largest magnitude; a
+ * bound of it if squares underflow (magnitudes below 1e-154) or overflow (above 1e154). */
+double cvol_norm_of_squares(double squares, double largest, double samples);
+
 /* max(|value_min|, |value_max|): bounds the exact samples. */
 double cvol_error_bound_largest(const cvol_error_bound *error_bound);
 /* The best bound of |evaluated|: max_abs, or the bound of the exact samples plus l2_error. */

@@ -1,6 +1,7 @@
 /* Measures the distance of samples from an array. */
 #include "codec/rate/measure.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -95,8 +96,10 @@ void cvol_distances_add(cvol_distance *out, const cvol_distance *distances, size
 
 double cvol_distance_rounding(const cvol_array *array, const cvol_distance *distance)
 {
-    const double samples = (double)cvol_grid_samples(&array->grid);
-    return fmax(CVOL_ROUNDING * distance->real_norm, 0x1p-22 * fabs(array->offset) * sqrt(samples));
+    const double samples = (double)cvol_grid_samples(&array->grid), offset = fabs(array->offset);
+    const double underflow = fmin(offset, FLT_TRUE_MIN); /* of the offset as a float */
+    return fmax(CVOL_ROUNDING * distance->real_norm, 0x1p-22 * offset * sqrt(samples)) +
+           underflow * sqrt(samples);
 }
 
 void cvol_array_set_bounds(cvol_array *array, const cvol_distance *distance)
@@ -109,11 +112,12 @@ void cvol_array_set_bounds(cvol_array *array, const cvol_distance *distance)
     error_bound->point_error = distance->real_max_error * (1 + SUMMING) + of_sample;
 }
 
-void cvol_distance_finish(cvol_distance *sum)
+void cvol_distance_finish(cvol_distance *sum, size_t samples)
 {
-    sum->l2_error = sqrt(sum->l2_error);
-    sum->real_l2_error = sqrt(sum->real_l2_error);
-    sum->real_norm = sqrt(sum->real_norm);
+    const double count = (double)samples;
+    sum->l2_error = cvol_norm_of_squares(sum->l2_error, sum->max_error, count);
+    sum->real_l2_error = cvol_norm_of_squares(sum->real_l2_error, sum->real_max_error, count);
+    sum->real_norm = cvol_norm_of_squares(sum->real_norm, sum->real_max_abs, count);
 }
 
 /* Compares evaluated samples, as floats and in the stored type: `real` and `stored`, x fastest.
@@ -170,7 +174,7 @@ int cvol_array_measure(cvol_context *context, cvol_array *array, const void *sam
         for (size_t z = 0; z < slices; z++)
             compare_slice(&distances[z], array, samples, real, stored, z);
         cvol_distances_add(&sum, distances, slices);
-        cvol_distance_finish(&sum);
+        cvol_distance_finish(&sum, count);
         cvol_array_set_measured(array, &sum);
         lower_bounds(array, &sum);
     }
@@ -292,7 +296,7 @@ int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_
         const size_t *dims = array->grid.dims;
         const cvol_box whole = {.end = {dims[0], dims[1], dims[2]}};
         const int code = cvol_measure_box(context, out, array, &all, &whole, "measuring");
-        cvol_distance_finish(out);
+        cvol_distance_finish(out, cvol_grid_samples(&array->grid));
         return code;
     }
     cvol_distance *distances = cvol_allocate_zero(array->block_count, sizeof *distances);
@@ -302,7 +306,7 @@ int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_
     const int code = measure_blocks(context, distances, array, samples);
     if (!code)
         cvol_distances_add(out, distances, array->block_count);
-    cvol_distance_finish(out);
+    cvol_distance_finish(out, cvol_grid_samples(&array->grid));
     free(distances);
     return code;
 }

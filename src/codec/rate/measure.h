@@ -36,8 +36,9 @@ int cvol_measure_box(cvol_context *context, cvol_distance *sum, const cvol_array
 double cvol_distance_rounding(const cvol_array *array, const cvol_distance *distance);
 /* Sets l2_error, point_error and max_abs, with allowance for this rounding. */
 void cvol_array_set_bounds(cvol_array *array, const cvol_distance *distance);
-/* Turns sums of squares into norms. */
-void cvol_distance_finish(cvol_distance *sum);
+/* Turns sums of squares of this many samples into norms, or bounds of them: squares of magnitudes
+ * below 1e-154 underflow, of those above 1e154 overflow. */
+void cvol_distance_finish(cvol_distance *sum, size_t samples);
 
 /* Evaluates all blocks and compares. The result does not depend on the number of threads. Errors:
  * MEMORY, CANCELLED. */

@@ -375,7 +375,7 @@ void cvol_strip_measure_report(const cvol_strip_measure *measure, cvol_array *ar
 {
     cvol_subband_norms_of(subband_norm, measure->squares, measure->array->step);
     cvol_distance distance = measure->sum;
-    cvol_distance_finish(&distance);
+    cvol_distance_finish(&distance, cvol_grid_samples(&array->grid));
     cvol_array_set_measured(array, &distance);
     cvol_array_set_bounds(array, &distance);
     array->coefficients = measure->array->coefficients;

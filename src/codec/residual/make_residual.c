@@ -251,9 +251,10 @@ int cvol_measure_stored(cvol_context *context, cvol_array *array, const void *sa
     const double span = array->error_bound.value_max - array->error_bound.value_min;
     array->measured = 1;
     array->max_error = most;
-    array->psnr_db = squares > 0 ? 20 * cvol_log10(span * sqrt(counted / squares))
-                                 : (double)INFINITY;
-    if (isfinite(real_squares)) /* floats of samples beyond their range are infinite */
-        include_error(&array->error_bound, sqrt(real_squares), real_most);
+    const double norm = cvol_norm_of_squares(squares, most, counted);
+    array->psnr_db = norm > 0 ? 20 * cvol_log10(span * sqrt(counted) / norm) : (double)INFINITY;
+    if (isfinite(real_most)) /* floats of samples beyond their range are infinite */
+        include_error(&array->error_bound, cvol_norm_of_squares(real_squares, real_most, counted),
+                      real_most);
     return CVOL_OK;
 }
