@@ -41,6 +41,8 @@ assert.equal(measures.figureText(93.21234, 0.1201), "93.212 ± 0.13");
 assert.equal(measures.figureText(-93.21234, 12.01), "\u221293.2 ± 13");
 assert.equal(measures.figureText(1000, 0), "1000 ± 0");
 assert.equal(measures.figureText(0.5, null), "0.5");
+assert.equal(measures.figureText(1e9 + 0.25, 0, 1), "1000000000.25 ± 0", "far from 0");
+assert.equal(measures.figureText(0, 0, 1), "0 ± 0");
 assert.equal(measures.figureText(null, null), "none");
 for (let error = 1e-9; error < 1e9; error *= 1.37) {
   const shown = Number(measures.figureText(1, error).split("± ")[1]);

@@ -8,7 +8,7 @@ import { carryInLink, hashOf, patchOf } from "../../viewer/page/state/link.js";
 import { reprojection } from "../../viewer/page/picture/reproject.js";
 import { createStore, merge } from "../../viewer/page/state/store.js";
 import { comparedTime, spokenTime, timeIn, timeOf, valueText } from "../../viewer/page/state/times.js";
-import { bytesText, lengthText, roundLength } from "../../viewer/page/state/units.js";
+import { bytesText, lengthText, ratioText, roundLength } from "../../viewer/page/state/units.js";
 import { DEFAULT_VIEW } from "../../viewer/page/state/default_view.js";
 import { requestView } from "../../viewer/page/state/view.js";
 
@@ -267,6 +267,9 @@ for (const [width, height] of [
 assert.equal(bytesText(1171145), "1.17 MB");
 assert.equal(bytesText(999), "999 bytes");
 assert.equal(bytesText(999600), "1.00 MB");
+assert.equal(bytesText(1), "1 byte");
+assert.equal(ratioText(30.06), "1/30.1");
+assert.equal(ratioText(1 / 93), "93 times");
 assert.equal(lengthText(50, "mm"), "50 mm");
 assert.equal(lengthText(0.02, "mm"), "20 µm");
 assert.equal(lengthText(2000, "um"), "2 mm");

@@ -8,7 +8,7 @@ import * as channels from "../../viewer/page/state/channels.js";
 import { colourAt, colourMaps, hexOf, rgbOf } from "../../viewer/page/transfer/colour_maps.js";
 import { createResolver } from "../../viewer/page/compare/concrete.js";
 import { histogramPath, robustRange, ticks } from "../../viewer/page/transfer/histogram.js";
-import { meaningOf, shortNumber } from "../../viewer/page/state/meaning.js";
+import { meaningOf, rounded, shortNumber } from "../../viewer/page/state/meaning.js";
 import { lettersOf, planeName } from "../../viewer/page/slices/orientation.js";
 import { hashOf, patchOf } from "../../viewer/page/state/link.js";
 import { COMPARE, SLICES } from "../../viewer/page/state/panel_state.js";
@@ -84,6 +84,7 @@ assert.deepEqual(transfer.pointAt(points, 99), [99, 1, 1, 1, 0.9]);
   assert.deepEqual(overlays.overlayTexts(answers, { overlays: [first[0], { ...first[1], labels: [9] }] }, volume).length, 2);
   assert.deepEqual(overlays.overlayTexts([{ value: null }, null], { overlays: first }, volume), []);
   volume.overlays[1].name = "left.part.seg.nrrd";
+  assert.deepEqual(overlays.overlayTexts([null, { value: 1234567, label: null }], { overlays: first }, volume), ["left.part 1234567"]);
   assert.deepEqual(overlays.overlayTexts([null, { value: 9, label: null }], { overlays: first }, volume), ["left.part 9"]);
   const all = [4, 9, 17];
   const one = overlays.labelChange({ labels: null }, all, 9, false);
@@ -156,7 +157,24 @@ assert.deepEqual(ticks(-1024, 3000, 4), [0, 2000]);
   assert.equal(meaning.text(0), "\u22121024 HU");
   assert.equal(meaning.from(meaning.to(77)), 77);
   assert.equal(meaningOf({ type: "float32", min: 0, max: 1, rescale: null }).text(0.25), "0.25");
-  assert.equal(shortNumber(1e-9), "1.000e\u22129");
+  assert.equal(shortNumber(1e-9), "1e\u22129");
+}
+
+// Numbers as text resolve a thousandth of the range, far from 0 too; integers have all digits.
+{
+  const text = (type, min, max, value, more = {}) => meaningOf({ type, min, max, ...more }).text(value);
+  assert.equal(text("float64", 1e9, 1e9 + 1, 1e9 + 0.3), "1000000000.3");
+  assert.equal(text("float32", 0, 0.9, 2.3e-13), "0");
+  assert.equal(text("float32", 0, 1e-20, 9.6077e-21), "9.61e\u221221");
+  assert.equal(text("float32", 0, 1e12, 9.6077e11), "9.6077e+11");
+  assert.equal(text("float32", 0, 50000, 12345.4), "12345");
+  assert.equal(text("float32", 1e-9, 1e-9, 1e-9), "1e\u22129", "one value");
+  assert.equal(text("uint32", 0, 2 ** 32 - 1, 16777217), "16777217");
+  assert.equal(text("int32", 0, 1234568, 1234567), "1234567");
+  assert.equal(text("uint8", 0, 255, 91, { value_scale: 0.5, value_offset: 10 }), "55.5");
+  const tiny = meaningOf({ type: "float32", min: 0, max: 1e-20 });
+  assert.equal(rounded(9.6077e-21, tiny.digits + 1), 9.608e-21);
+  assert.equal(rounded(123456, -3), 123000);
 }
 
 // Orientation letters: for LPS and RAS data, and none for unknown orientation.

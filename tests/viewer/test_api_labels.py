@@ -75,6 +75,21 @@ class Labels(unittest.TestCase):
         for place, name in ("x=8&y=8&z=10", "Base plate"), ("x=20&y=20&z=5", None):
             self.assertEqual(viewer.get(f"volumes/{volume}/value?{place}").json["label"], name)
 
+    def test_slices_have_the_colours_of_labels(self):
+        volume = self.volumes["labels.seg.nrrd"]
+        colours = {v["value"]: tuple(int(255 * c + 0.5) for c in v["colour"])
+                   for v in viewer.get(f"volumes/{volume}").json["labels"]}
+        colours[0] = (0, 0, 0)
+        places = {"x": lambda i, j: (20, i, SIDE - 1 - j), "y": lambda i, j: (i, 12, SIDE - 1 - j), "z": lambda i, j: (i, j, 10)}
+        for axis, index in ("x", 20), ("y", 12), ("z", 10):
+            path = f"volumes/{volume}/slice?axis={axis}&index={index}"
+            picture = viewer.get(path).picture
+            for j in range(SIDE):
+                for i in range(SIDE):
+                    self.assertEqual(tuple(picture.at(i, j)), colours[label_at(*places[axis](i, j))], (axis, i, j))
+            grey = viewer.get(path + "&window=0,900").picture
+            self.assertTrue(all(len(set(grey.at(i, j))) == 1 for i in range(SIDE) for j in range(SIDE)))
+
     def test_copies_with_loss_are_refused(self):
         """cvol transcode refuses them, too."""
         for volume in self.volumes.values():

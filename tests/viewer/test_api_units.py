@@ -1,8 +1,11 @@
 """The viewer's units: labels are not Hounsfield units, whatever their values."""
 
 import array
+import json
+import math
 import os
 import random
+import struct
 import sys
 import unittest
 
@@ -40,9 +43,18 @@ def body():
             yield 1300 + numbers.randrange(900)
 
 
+def far():
+    """From a billion to a billion and one."""
+    for i in range(COUNT):
+        yield 1e9 + i / COUNT
+
+
 def setUpModule():
     global folder, viewer
     folder = make_folder()
+    with open(os.path.join(folder.name, "far.raw"), "wb") as file:
+        file.write(struct.pack(f"<{COUNT}d", *far()))
+    run(folder.name, f"cvol compress far.raw far.cvol --dims {SIDE}x{SIDE}x{SIDE} --type float64 --lossless")
     raw = f"--dims {SIDE}x{SIDE}x{SIDE} --type uint16"
     write_words("labels.raw", labels())
     write_words("body.raw", body())
@@ -50,7 +62,7 @@ def setUpModule():
     run(folder.name, f"cvol compress labels.raw lossy.cvol {raw} --psnr 50 --labels no")
     run(folder.name, "cvol decompress labels.cvol labels.nrrd")
     run(folder.name, f"cvol compress body.raw body.cvol {raw} --psnr 50")
-    viewer = Viewer(folder.name, "labels.cvol", "lossy.cvol", "labels.nrrd", "body.cvol")
+    viewer = Viewer(folder.name, "labels.cvol", "lossy.cvol", "labels.nrrd", "body.cvol", "far.cvol")
     viewer.__enter__()
 
 
@@ -119,8 +131,31 @@ class Texts(unittest.TestCase):
 class Units(unittest.TestCase):
     def setUp(self):
         self.volumes = {v["name"]: v for v in viewer.get("volumes").json["volumes"]}
-        self.assertEqual(len(self.volumes), 4)
+        self.assertEqual(len(self.volumes), 5)
         self.assertFalse(self.volumes["lossy.cvol"]["exact"])
+
+    def test_samples_far_from_0_keep_their_digits(self):
+        volume = self.volumes["far.cvol"]
+        last = 1e9 + (COUNT - 1) / COUNT
+        self.assertAlmostEqual(volume["min"], 1e9, delta=1e-5)
+        self.assertAlmostEqual(volume["max"], last, delta=1e-5)
+        reply = viewer.get(f"volumes/{volume['id']}/value?x=5&y=4&z=3").json
+        self.assertAlmostEqual(reply["value"], 1e9 + (5 + SIDE * (4 + SIDE * 3)) / COUNT, delta=1e-5)
+
+    def test_volumes_of_one_value_or_none(self):
+        """Slices are grey, a picture of samples without values is empty, and the description says why."""
+        for name, value in ("one.raw", 7.5), ("none.raw", math.nan):
+            with open(os.path.join(folder.name, name), "wb") as file:
+                file.write(struct.pack("<60f", *[value] * 60))
+            run(folder.name, f"cvol compress {name} {name}.cvol --dims 3x4x5 --type float32 --fill nan")
+        with Viewer(folder.name, "one.raw.cvol", "none.raw.cvol") as other:
+            for volume, grey, found in ("0", 128, True), ("1", 0, False):
+                self.assertIs(other.get(f"volumes/{volume}").json["has_values"], found)
+                for window in "", "&window=7.5,7.5":
+                    picture = other.get(f"volumes/{volume}/slice?axis=z&index=1{window}").picture
+                    self.assertEqual({picture.at(i, j)[0] for i in range(3) for j in range(4)}, {grey})
+                answer = other.post("frame", {"view": {"volume": volume, "width": 40, "height": 40}})
+                self.assertIs(json.loads(answer.headers["Cvol-Frame"])["empty"], not found)
 
     def test_labels_have_no_units(self):
         for name in "labels.cvol", "lossy.cvol", "labels.nrrd":

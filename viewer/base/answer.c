@@ -34,7 +34,7 @@ static answer answer_digits(int status, json_t *object, size_t digits)
 
 answer answer_json(int status, json_t *object)
 {
-    return answer_digits(status, object, 10);
+    return answer_digits(status, object, 15);
 }
 
 answer answer_exact_json(int status, json_t *object)

@@ -28,7 +28,7 @@ answer answer_error(int status, const char *format, ...) __attribute__((format(p
 const char *answer_message(const cvol_context *context, int code);
 /* The same as an answer: 400 if the request asks for something impossible, else 500. */
 answer answer_failure(const cvol_context *context, int code);
-/* Frees the object; NULL: there was no memory for it. */
+/* With 15 digits of numbers. Frees the object; NULL: there was no memory for it. */
 answer answer_json(int status, json_t *object);
 /* The same with all digits of numbers, for values that must reproduce a picture. */
 answer answer_exact_json(int status, json_t *object);

@@ -57,6 +57,7 @@ const announce = (sentence) => ($("announce").textContent = sentence);
 const status = mountStatus($("status"));
 const notice = mountNotice($("notice"), retry);
 const picked = mountPicked($("picked"));
+let seesNothing = false; // every pixel of the still picture is background
 let drawMarks = () => {};
 let drawing = 0;
 const drawSoon = () => (drawing ||= requestAnimationFrame(() => ((drawing = 0), drawMarks())));
@@ -77,6 +78,10 @@ const view3d = mountView3d($("canvas"), {
     drawSoon();
     if (again) return;
     status.shown(frame);
+    if (frame.timing.quality === "still") {
+      seesNothing = frame.timing.server.empty === true;
+      showState();
+    }
     timeBar.shown(frame.view);
     player.next(frame.view);
     turntable.next();
@@ -135,6 +140,11 @@ function chooseTool(kind) {
   announce(tool.kind ? `${KINDS[kind].name}: place ${KINDS[kind].how}` : "No measuring tool");
 }
 
+function reasonOfEmpty(volume) {
+  if (!volume.has_values) return "The picture is empty: no sample has a value.";
+  return "The picture is empty: colours and opacity, clip or camera show no sample. Reset all settings (Look) shows the volume again.";
+}
+
 function showState() {
   const volume = volumes.current();
   const ready = volume?.state === "ready";
@@ -142,6 +152,7 @@ function showState() {
   // The picture of another volume must not show.
   $("stage-3d").dataset.empty = !ready && view3d.frame?.view.volume !== volume?.id;
   if (!reached) return notice.gone();
+  if (ready && seesNothing) return notice.empty(reasonOfEmpty(volume));
   if (!volume || ready) return notice.clear();
   if (volume.state === "failed") notice.failed(volume.error ?? `cannot read ${volume.name}`);
   else notice.working(volume);

@@ -128,6 +128,19 @@ static int draw(cvol_context *context, cvol_image *image, frame_figures *figures
     return code;
 }
 
+/* 1 if every pixel is background. */
+static int is_empty(const cvol_image *image, const double background[3])
+{
+    const size_t count = 4 * (size_t)image->width * (size_t)image->height;
+    for (int c = 0; c < 3; c++)
+        if (fabs(image->rgba[c] - 255 * background[c]) > 1)
+            return 0;
+    for (size_t i = 4; i < count; i++)
+        if (image->rgba[i] != image->rgba[i % 4])
+            return 0;
+    return 1;
+}
+
 int frame_draw(cvol_context *context, cvol_image **out, frame_figures *figures,
                const frame_request *frame, pace *times)
 {
@@ -138,6 +151,7 @@ int frame_draw(cvol_context *context, cvol_image **out, frame_figures *figures,
         code = (v->channel_count ? draw_channels : draw)(context, *out, figures, frame, times);
     if (!code && v->mirror)
         cvol_image_mirror(*out);
+    figures->is_empty = !code && is_empty(*out, v->options.background);
     if (code) {
         cvol_image_free(*out);
         *out = NULL;
@@ -153,11 +167,11 @@ answer frame_answer(cvol_context *context, const job *j, const cvol_image *image
     answer a = encode_picture(context, image, frame->quality);
     figures->encode_ms = jobs_now() - begin;
     json_t *object = json_pack(
-        "{s:I, s:i, s:s, s:f, s:f, s:f, s:I, s:i}", "sequence",
+        "{s:I, s:i, s:s, s:f, s:f, s:f, s:I, s:i, s:b}", "sequence",
         (json_int_t)(j->sequence > 0 ? j->sequence : 0), "level", figures->level, "quality",
         pace_name(figures->level ? RUNG_SOFT + figures->level : figures->rung), "queue_ms",
         j->queue_ms, "render_ms", figures->render_ms, "encode_ms", figures->encode_ms, "bytes",
-        (json_int_t)a.size, "threads", j->threads);
+        (json_int_t)a.size, "threads", j->threads, "empty", figures->is_empty);
     if (object && more)
         json_object_update(object, more);
     json_decref(more);

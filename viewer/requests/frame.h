@@ -19,6 +19,7 @@ typedef struct frame_request {
 typedef struct frame_figures {
     int rung, level; /* level: may be coarser than that of the rung if the file ends early */
     double render_ms, encode_ms;
+    int is_empty; /* every pixel is background */
 } frame_figures;
 
 /* Reads the fields of a frame. 0, or a status of HTTP, with the message in f->error. */

@@ -8,6 +8,7 @@
 
 #include "viewer/base/encode.h"
 #include "viewer/view/view.h"
+#include "viewer/volumes/labels.h"
 #include "viewer/volumes/samples.h"
 #include "viewer/volumes/times.h"
 
@@ -16,7 +17,8 @@ typedef struct slice {
     int time;
     int axis;
     size_t index;
-    double window[2]; /* values of black and white */
+    double window[2]; /* values of black and white; of the same, this value is grey */
+    int is_coloured;  /* labels have their colours */
     view overlays;    /* of the volume: its list of overlays alone; volume NULL: none */
 } slice;
 
@@ -67,9 +69,9 @@ static int take_window(const request *r, double window[2], answer *refusal)
     }
     if (!good)
         *refusal = answer_error(400, "window is '%.60s', must be LO,HI: two numbers", text);
-    else if (!(window[0] < window[1]))
+    else if (window[0] > window[1])
         *refusal = answer_error(400, "window is '%.60s': the second value must be larger", text);
-    return good && window[0] < window[1];
+    return good && window[0] <= window[1];
 }
 
 /* Reads the overlays, a list as in a view; 1 on success. */
@@ -113,6 +115,7 @@ static int take_slice(slice *out, const request *r, answer *refusal)
     out->index = (size_t)index;
     out->window[0] = out->volume->histogram.min;
     out->window[1] = out->volume->histogram.max;
+    out->is_coloured = !request_query(r, "window");
     for (int a = 0; a < 3; a++)
         if (a != out->axis && g->dims[a] > VIEW_SIZE_MAX) {
             *refusal = answer_error(400, "the slice has %zu samples along %c, must have at most %d",
@@ -128,19 +131,26 @@ static int take_slice(slice *out, const request *r, answer *refusal)
 
 static uint8_t grey_of(double value, const double window[2])
 {
-    const double share = (value - window[0]) / (window[1] - window[0]);
+    const double width = window[1] - window[0];
+    const double share = width > 0           ? (value - window[0]) / width
+                         : value > window[0] ? 1
+                                             : 0.5 * (value >= window[0]);
     return (uint8_t)(share >= 1 ? 255 : share > 0 ? 255 * share + 0.5 : 0);
 }
 
-/* x to the right; z up; y of slices across z down. */
-static void paint(cvol_image *image, const double *values, const slice *s)
+/* x to the right; z up; y of slices across z down. labels: of the samples, or NULL. */
+static void paint(cvol_image *image, const double *values, const slice *s,
+                  const shown_labels *labels)
 {
     for (int row = 0; row < image->height; row++) {
         const int line = s->axis == 2 ? row : image->height - 1 - row;
         const double *from = values + (size_t)line * (size_t)image->width;
         uint8_t *to = image->rgba + 4 * (size_t)row * (size_t)image->width;
         for (int i = 0; i < image->width; i++, to += 4) {
-            memset(to, grey_of(from[i], s->window), 3);
+            if (labels)
+                labels_colour(to, labels, from[i]);
+            else
+                memset(to, grey_of(from[i], s->window), 3);
             to[3] = 255;
         }
     }
@@ -159,17 +169,16 @@ static answer run(job *j, cvol_context *context, void *state)
     int code = times_hold(context, &at, s->volume, s->time);
     if (!code)
         code = samples_read(context, &values, at, begin, end);
+    if (!code)
+        code = cvol_image_create(context, &image, (int)dims[s->axis == 0 ? 1 : 0],
+                                 (int)dims[s->axis == 2 ? 1 : 2]);
+    if (!code)
+        paint(image, values, s, s->is_coloured ? at->labels : NULL);
     volume_release(at);
-    if (code)
-        return jobs_failed(j, context, code);
-    code = cvol_image_create(context, &image, (int)dims[s->axis == 0 ? 1 : 0],
-                             (int)dims[s->axis == 2 ? 1 : 2]);
-    if (!code) {
-        paint(image, values, s);
+    if (!code)
         code = overlays_paint_slice(context, s->volume, s->overlays.overlays,
                                     s->overlays.overlay_count, image, s->axis, s->index,
                                     s->axis != 2);
-    }
     free(values);
     if (code) {
         cvol_image_free(image);

@@ -186,6 +186,21 @@ const char *labels_name(const shown_volume *v, double value)
     return known ? known->name : NULL;
 }
 
+void labels_colour(uint8_t rgb[3], const shown_labels *labels, double sample)
+{
+    size_t from = 0, end = labels->count;
+    while (from < end) {
+        const size_t middle = (from + end) / 2;
+        if (labels->values[middle] < sample)
+            from = middle + 1;
+        else
+            end = middle;
+    }
+    const int is_one = from < labels->count && !(labels->values[from] > sample);
+    for (int c = 0; c < 3; c++)
+        rgb[c] = (uint8_t)(is_one ? 255 * labels->colours[3 * from + (size_t)c] + 0.5 : 0);
+}
+
 int labels_number_at(const cvol_volume *numbers, const double place[3])
 {
     const size_t *n = numbers->grid.dims;

@@ -27,6 +27,8 @@ json_t *labels_describe(const shown_volume *v);
 int labels_number_at(const cvol_volume *numbers, const double place[3]);
 /* The label of that number. */
 int labels_at(const shown_volume *v, const double place[3]);
+/* The colour of a sample, as bytes; black where it is no label. */
+void labels_colour(uint8_t rgb[3], const shown_labels *labels, double sample);
 /* The name of a label; NULL: unknown. */
 const char *labels_name(const shown_volume *v, double value);
 /* Draws the labels by a renderer of their shape, which has this transfer function. */

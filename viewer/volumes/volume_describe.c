@@ -54,6 +54,14 @@ static json_t *describe_channel(const shown_volume *v)
                      triple(c->rgb), "component", c->is_component);
 }
 
+static int has_values(const cvol_histogram *histogram)
+{
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
+        if (histogram->bins[i])
+            return 1;
+    return 0;
+}
+
 /* 0 without memory. */
 static int describe_ready(json_t *object, const shown_volume *v)
 {
@@ -92,6 +100,7 @@ static int describe_ready(json_t *object, const shown_volume *v)
     json_object_set_new(object, "whole_level", json_integer(v->level));
     json_object_set_new(object, "whole", json_boolean(!v->cut));
     json_object_set_new(object, "residual_missing", json_boolean(v->residual_missing));
+    json_object_set_new(object, "has_values", json_boolean(has_values(&v->histogram)));
     json_object_set_new(object, "patient", json_boolean(g->space != CVOL_SPACE_UNKNOWN));
     return 1;
 }

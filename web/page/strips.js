@@ -48,17 +48,19 @@ export async function drawStrips(request, { ask, workers, rungs, signal }) {
   const begin = performance.now();
   const pixels = new Uint8ClampedArray(4 * view.width * view.height);
   let frame = {};
+  let empty = true;
   await Promise.all(
     strips.map(async (rows) => {
       const asked = strips.length > 1 ? { ...body, rows } : body;
       const answer = await ask(asked, signal);
       pixels.set(new Uint8Array(answer.bytes), 4 * view.width * rows[0]);
       frame = JSON.parse(answer.frame);
+      empty &&= frame.empty === true;
     }),
   );
   const render = performance.now() - begin;
   if (request.quality === "motion") rungs.add(rung, render);
   const figures = { queue_ms: 0, render_ms: render, bytes: pixels.length, threads: workers };
-  const info = { ...frame, sequence: request.sequence ?? 0, ...figures };
+  const info = { ...frame, empty, sequence: request.sequence ?? 0, ...figures };
   return { blob: new ImageData(pixels, view.width, view.height), info };
 }

@@ -1,7 +1,7 @@
 // The status line: time and quality of the picture, size and error of the volume.
 
 import { make } from "../controls/controls.js";
-import { bytesText, lengthText } from "../state/units.js";
+import { bytesText, lengthText, ratioText } from "../state/units.js";
 import { volumes } from "../state/volumes.js";
 
 const ms = (value) => (value === undefined ? "?" : value < 9.95 ? value.toFixed(1) : value.toFixed(0));
@@ -29,7 +29,7 @@ export function mountStatus(footer) {
     const { raw_bytes, compressed_bytes, ratio, psnr_db, exact, max_error, measured, dims, spacing, unit, type } = volume;
     size.replaceChildren(
       make("b", {}, bytesText(compressed_bytes)),
-      ` of ${bytesText(raw_bytes)}, 1/${Number(ratio.toPrecision(3))}`,
+      ` of ${bytesText(raw_bytes)}, ${ratioText(ratio)}`,
     );
     size.title = `Compressed: ${compressed_bytes} bytes; the samples: ${raw_bytes} bytes`;
     if (psnr_db !== null) error.replaceChildren(measured ? "PSNR " : "PSNR at least ", make("b", {}, `${psnr_db.toFixed(1)} dB`));

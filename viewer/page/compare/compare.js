@@ -2,7 +2,7 @@
 
 import { element, field, logSlider, options, statusLine } from "../controls/panel_kit.js";
 import { comparedTime, timeIn, valueText } from "../state/times.js";
-import { bytesText } from "../state/units.js";
+import { bytesText, ratioText } from "../state/units.js";
 import { COMPARE } from "../state/panel_state.js";
 import { createSecondView } from "./second_view.js";
 import { createSmallerCopy } from "./smaller_copy.js";
@@ -100,7 +100,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
   function nameOf(volume) {
     if (volume.state === "failed") return `${volume.name}: failed`;
     if (volume.state !== "ready") return `${volume.name}: ${volume.doing?.what || volume.state}`;
-    return `${volume.name}, 1/${volume.ratio.toPrecision(3)}, ${bytesText(volume.compressed_bytes)}`;
+    return `${volume.name}, ${ratioText(volume.ratio)}, ${bytesText(volume.compressed_bytes)}`;
   }
 
   function comparable() {
@@ -151,7 +151,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
     const facts = volume?.state === "ready" && [
       volume.name,
       timeText(volume),
-      `1/${volume.ratio.toPrecision(3)}`,
+      ratioText(volume.ratio),
       bytesText(volume.compressed_bytes),
       volume.exact ? "exact" : volume.psnr_db !== null && `PSNR ${volume.measured ? "" : "≥ "}${volume.psnr_db.toFixed(1)} dB`,
     ];

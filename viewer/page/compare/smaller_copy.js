@@ -2,7 +2,7 @@
 
 import { button, element, field, logSlider, statusLine } from "../controls/panel_kit.js";
 import { store } from "../state/store.js";
-import { bytesText } from "../state/units.js";
+import { bytesText, ratioText } from "../state/units.js";
 
 const WAIT_MS = 350; // after the last movement of the slider: keys move it step by step
 
@@ -94,7 +94,7 @@ export function createSmallerCopy({ api, volumes, viewer, chosen }) {
     if (volume.state !== "ready" || reported) return;
     reported = true;
     const parts = [
-      `1/${volume.ratio.toPrecision(3)}`,
+      ratioText(volume.ratio),
       bytesText(volume.compressed_bytes),
       volume.exact ? "exact" : volume.psnr_db !== null ? `PSNR ${volume.measured ? "" : "at least "}${volume.psnr_db.toFixed(1)} dB` : null,
       volume.max_error !== null && !volume.exact ? `largest error ${Number(volume.max_error.toPrecision(3))}` : null,

@@ -2,6 +2,7 @@
 // the picture; the window covers these.
 
 import { api } from "../state/api.js";
+import { rounded } from "../state/meaning.js";
 import { store } from "../state/store.js";
 import { requestView, same } from "../state/view.js";
 import { volumes } from "../state/volumes.js";
@@ -48,7 +49,8 @@ export async function autoWindow(mode) {
     const grey = sorted[Math.min(sorted.length - 1, Math.floor(part * sorted.length))] + more;
     return volume.min + (Math.max(0, Math.min(255, grey)) / 255) * (volume.max - volume.min);
   };
-  const window = [value(LOW, -1), value(HIGH, 1)].map((v) => Number(v.toPrecision(4)));
+  const digits = 3 - Math.floor(Math.log10(volume.max - volume.min));
+  const window = [value(LOW, -1), value(HIGH, 1)].map((v) => rounded(v, digits));
   if (!(window[0] < window[1])) return null;
   chosen = window;
   return window;

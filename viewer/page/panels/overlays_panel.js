@@ -5,7 +5,7 @@ import { diagonal } from "../state/camera.js";
 import { button, element, field, newestOnly, options } from "../controls/panel_kit.js";
 import { slider } from "../controls/controls.js";
 import { labelRow } from "./labels_panel.js";
-import { meaningOf, shortNumber } from "../state/meaning.js";
+import { meaningOf, rounded, shortNumber } from "../state/meaning.js";
 import { labelChange, overlayPatch, overlayTransfers, showsLabel } from "../state/overlays.js";
 import { store } from "../state/store.js";
 import { presetWord } from "../transfer/transfer_presets.js";
@@ -45,9 +45,9 @@ function colours(i, { values }, named) {
   function showEnds() {
     const meant = shown.map(means.to).sort((a, b) => a - b);
     ends.forEach(({ input }, k) => {
-      if (document.activeElement !== input) input.value = Number(meant[k].toPrecision(5));
+      if (document.activeElement !== input) input.value = rounded(meant[k], means.digits + 1);
     });
-    bar.title = `${shortNumber(meant[0])} to ${shortNumber(meant[1])}`;
+    bar.title = meant.map((value) => shortNumber(value, means.digits)).join(" to ");
   }
   const ask = newestOnly(async (id, { transfer, window }) => {
     try {

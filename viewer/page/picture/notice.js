@@ -30,6 +30,7 @@ export function mountNotice(box, again) {
         percent.textContent = "";
       }
     },
+    empty: (sentence) => show(`empty ${sentence}`, make("p", {}, sentence)),
     failed: (sentence) => show(`failed ${sentence}`, make("p", {}, sentence)),
     gone: () =>
       show(

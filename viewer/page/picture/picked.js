@@ -1,11 +1,10 @@
 // Value and position of the last click, in a corner of the picture.
 
 import { make } from "../controls/controls.js";
+import { meaningOf, shortNumber } from "../state/meaning.js";
 import { overlayTexts } from "../state/overlays.js";
 import { store } from "../state/store.js";
 import { volumes } from "../state/volumes.js";
-
-const valueText = (value) => String(Number(value.toPrecision(7)));
 
 export function mountPicked(box) {
   return {
@@ -14,8 +13,8 @@ export function mountPicked(box) {
       box.hidden = !answer.hit;
       if (!answer.hit) return;
       const volume = volumes.current();
-      const known = answer.meaning !== null && answer.meaning !== undefined;
-      const value = known ? `${valueText(answer.meaning)} HU` : valueText(answer.value);
+      const { to, unit, digits } = meaningOf(volume);
+      const value = `${shortNumber(to(answer.value), digits + 1)} ${unit}`.trimEnd();
       const sample = answer.sample.map((s) => s.toFixed(0)).join(", ");
       const world = answer.world.map((w) => Number(w.toFixed(2))).join(", ");
       box.replaceChildren(

@@ -19,14 +19,18 @@ export function sliceWindows({ store, api, volumes }) {
     }
   }
 
+  const own = (volume) => store.state.page.slices?.windows?.[volume?.id];
+
   return {
     subscribe: (fn) => listeners.add(fn),
     get() {
       const volume = volumes.current();
       if (volume?.state !== "ready") return null;
       fit(volume);
-      return store.state.page.slices?.windows?.[volume.id] || fitted.get(volume.id);
+      return own(volume) || fitted.get(volume.id);
     },
+    /** The window that the user has set, or null. */
+    chosen: () => own(volumes.current()) ?? null,
     set(window, live = false) {
       const volume = volumes.current();
       if (volume) store.set({ page: { slices: { windows: { [volume.id]: window } } } }, { live });

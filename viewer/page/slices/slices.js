@@ -1,7 +1,7 @@
 // Three orthogonal slices with a cross-hair, the value under the pointer, and their window.
 
 import { button, element, field, newestOnly } from "../controls/panel_kit.js";
-import { meaningOf, shortNumber } from "../state/meaning.js";
+import { meaningOf, rounded, shortNumber } from "../state/meaning.js";
 import { marksToDraw, onFigures } from "../measure/shown.js";
 import { lettersOf, planeName } from "./orientation.js";
 import { overlayTexts, requestOverlays } from "../state/overlays.js";
@@ -158,13 +158,15 @@ export function mount(panel, { store, api, volumes, stage }) {
     if (volume?.state !== "ready" || !seen) return;
     const at = pointed || sample();
     try {
-      const { value, meaning, overlays } = await api.value(volume.id, ...at, { time: store.state.view.time });
+      const { value, label, overlays } = await api.value(volume.id, ...at, { time: store.state.view.time });
       const means = meaningOf(volume);
       const number = (x) => shortNumber(x, means.digits + 1);
-      const unit = meaning !== null && means.unit ? ` ${means.unit}` : "";
-      const stored = meaning !== null && meaning !== value ? element("span", {}, ` stored ${number(value)}`) : "";
+      const meaning = value === null ? NaN : means.to(value); // as axes and windows
+      const unit = value !== null && means.unit ? ` ${means.unit}` : "";
+      const stored = value !== null && meaning !== value ? element("span", {}, ` stored ${number(value)}`) : "";
       const more = overlayTexts(overlays, store.state.view, volume).flatMap((text) => [" · ", element("span", { class: "of-overlay" }, text)]);
-      readout.replaceChildren(element("b", {}, number(meaning ?? value) + unit), stored, ` at ${at.join(", ")}`, ...more);
+      const text = number(meaning) + unit;
+      readout.replaceChildren(element("b", {}, label ? `${text} ${label}` : text), stored, ` at ${at.join(", ")}`, ...more);
     } catch (error) {
       readout.textContent = error.message;
     }
@@ -181,7 +183,7 @@ export function mount(panel, { store, api, volumes, stage }) {
     const unit = meaning.unit && `, ${meaning.unit}`;
     [low, high].forEach(({ node, input }, k) => {
       node.firstChild.textContent = ["Black", "White"][k] + unit;
-      input.value = Number(meaning.to(window[k]).toFixed(Math.min(12, meaning.digits + 1)));
+      input.value = rounded(meaning.to(window[k]), meaning.digits + 1);
     });
     showNamedWindows(volume);
   }
@@ -202,8 +204,12 @@ export function mount(panel, { store, api, volumes, stage }) {
     if (!seen) return;
     const letters = lettersOf(volume);
     const overlays = requestOverlays(store.state.view);
-    windowOut.textContent = `window ${shortNumber(meaning.to(window[0]), meaning.digits)} to ${meaning.text(window[1])}`;
-    slices.forEach((slice, k) => slice.show(volume, store.state.view.time, at, window, overlays, letters, planeName(letters, 2 - k)));
+    const coloured = volume.labels && !windows.chosen();
+    windowOut.textContent = coloured
+      ? "colours of the labels"
+      : `window ${shortNumber(meaning.to(window[0]), meaning.digits)} to ${meaning.text(window[1])}`;
+    const greys = coloured ? null : window;
+    slices.forEach((slice, k) => slice.show(volume, store.state.view.time, at, greys, overlays, letters, planeName(letters, 2 - k)));
     mark();
     if (!pointed) askValue();
   }

@@ -68,7 +68,11 @@ export const requestOf = ({ kind, points, box }, time) =>
 // ---- text ---------------------------------------------------------------------------------------------
 
 const minus = (text) => text.replaceAll("-", "\u2212");
-const plain = (value) => String(Number(value.toPrecision(7)));
+// With so many digits, more if values of this spread lie far from 0.
+function plain(value, spread = 0, digits = 7) {
+  const more = spread > 0 ? Math.floor(Math.log10(Math.abs(value) / spread)) : 0;
+  return String(Number(value.toPrecision(clamp(digits + more, digits, 15))));
+}
 
 // Two digits, rounded up: it stays a bound.
 function roundedUp(error) {
@@ -77,10 +81,10 @@ function roundedUp(error) {
 }
 
 /** "93.21 ± 0.12": with one digit more than the bound has. */
-export function figureText(value, error) {
+export function figureText(value, error, spread) {
   if (!Number.isFinite(value)) return "none";
-  if (!Number.isFinite(error)) return minus(plain(value));
-  if (error === 0) return `${minus(plain(value))} \u00b1 0`;
+  if (!Number.isFinite(error)) return minus(plain(value, spread));
+  if (error === 0) return `${minus(plain(value, spread))} \u00b1 0`;
   const bound = roundedUp(error);
   const digits = clamp(2 - Math.floor(Math.log10(bound)), 0, 12);
   return `${minus(String(Number(value.toFixed(digits))))} \u00b1 ${plain(bound)}`;
@@ -105,7 +109,7 @@ export function shortText(answer) {
   if (answer.kind === "angle") return `${Number(answer.degrees.toFixed(1))}\u00b0`;
   if (!Number.isFinite(answer.mean)) return "";
   const { mean, mean_error: error } = answer;
-  const figure = error > 0 ? figureText(mean, error) : minus(String(Number(mean.toPrecision(4))));
+  const figure = error > 0 ? figureText(mean, error) : minus(plain(mean, answer.max - answer.min, 4));
   return `mean ${figure} ${answer.value_unit}`.trimEnd();
 }
 
@@ -113,7 +117,8 @@ export function shortText(answer) {
 export function rowsOf(answer) {
   if (answer.kind === "distance") return [["Length", lengthText(answer)]];
   if (answer.kind === "angle") return [["Angle", `${Number(answer.degrees.toFixed(2))}\u00b0`]];
-  const value = (name) => `${figureText(answer[name], answer[`${name}_error`])} ${answer.value_unit}`.trimEnd();
+  const spread = answer.max - answer.min;
+  const value = (name) => `${figureText(answer[name], answer[`${name}_error`], spread)} ${answer.value_unit}`.trimEnd();
   return [
     ["Mean", value("mean")],
     ["Std. deviation", value("standard_deviation")],

@@ -2,6 +2,8 @@
 // labels (the drawn ones)}, or null. A null field has its initial value; the window null is automatic, labels null are
 // all. The description of a volume has the overlays of the program: volume.overlays.
 
+import { meaningOf, shortNumber } from "./meaning.js";
+
 const MOST = 4;
 
 const isNumber = (value, low, high) => Number.isFinite(value) && value >= low && value <= high;
@@ -55,8 +57,8 @@ export function overlayTexts(answers, { overlays: shown }, volume) {
     const described = volume?.overlays?.[i];
     if (!one || one.value === null || !described || (shown?.[i] && !isDrawn(shown[i], one.value))) return [];
     const { values, name } = described;
-    const meant = values ? (values.value_scale || 1) * one.value + values.value_offset : one.value;
-    const text = String(Number(meant.toPrecision(4))).replace("-", "\u2212");
+    const { to, digits } = meaningOf(values ?? { type: "int32" }); // labels are integers
+    const text = shortNumber(to(one.value), digits + 1);
     return [one.label ?? `${name.replace(ENDINGS, "")} ${text}`];
   });
 }

@@ -9,7 +9,12 @@ export function bytesText(bytes) {
     size /= 1000;
     name++;
   }
-  return `${name ? size.toPrecision(3) : size} ${BYTES[name]}`;
+  return `${name ? size.toPrecision(3) : size} ${size === 1 && !name ? "byte" : BYTES[name]}`;
+}
+
+// "1/30" of the raw bytes; of files that are larger "93 times".
+export function ratioText(ratio) {
+  return ratio < 1 ? `${Number((1 / ratio).toPrecision(3))} times` : `1/${Number(ratio.toPrecision(3))}`;
 }
 
 const METRES = { nm: 1e-9, um: 1e-6, µm: 1e-6, mm: 1e-3, cm: 1e-2, m: 1, km: 1e3 };

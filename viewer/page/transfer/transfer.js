@@ -5,7 +5,7 @@ import { button, clamp, element, field, logSlider, statusLine } from "../control
 import { tinted } from "../state/channels.js";
 import { colourAt, colourMaps, hexOf, rgbOf } from "./colour_maps.js";
 import { robustRange } from "./histogram.js";
-import { meaningOf, shortNumber } from "../state/meaning.js";
+import { meaningOf, rounded, shortNumber } from "../state/meaning.js";
 import { transferFiles } from "./transfer_files.js";
 import { createEditor } from "./transfer_editor.js";
 import { coloured, extent, moved, recoloured, simplified, stretched } from "./transfer_points.js";
@@ -251,7 +251,7 @@ export function mount(panel, { store, api, volumes }) {
             : "Black"
           : "Surface";
     valueField.node.firstChild.textContent = meaning.unit ? `Value, ${meaning.unit}` : "Value";
-    valueInput.value = Number(meaning.to(point[0]).toFixed(Math.min(meaning.digits + 1, 12)));
+    valueInput.value = rounded(meaning.to(point[0]), meaning.digits + 1);
     valueInput.step = meaning.step;
     opacityInput.value = Number((point[4] * 100).toFixed(2));
     colourInput.value = hexOf(point.slice(1, 4));
@@ -261,9 +261,9 @@ export function mount(panel, { store, api, volumes }) {
   function showWindow() {
     const meaning = meaningOf(volume());
     const [low, high] = extent(points()).map(meaning.to);
-    const digits = Math.min(meaning.digits + 1, 12);
-    levelInput.value = Number(((low + high) / 2).toFixed(digits));
-    widthInput.value = Number(Math.abs(high - low).toFixed(digits));
+    const digits = meaning.digits + 1;
+    levelInput.value = rounded((low + high) / 2, digits);
+    widthInput.value = rounded(Math.abs(high - low), digits);
     levelField.node.firstChild.textContent = meaning.unit ? `Level, ${meaning.unit}` : "Level";
     widthField.node.firstChild.textContent = meaning.unit ? `Width, ${meaning.unit}` : "Width";
   }

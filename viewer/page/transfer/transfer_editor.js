@@ -105,7 +105,7 @@ export function createEditor({ changed, selected }) {
     for (const tick of ticks(...meant, Math.max(2, w / 64))) {
       const x = xOf(now.meaning.from(tick));
       lines.push(shape("line", { x1: x, x2: x, y1: base + STRIP, y2: base + STRIP + 4 }));
-      lines.push(shape("text", { x, y: base + STRIP + 16, "text-anchor": "middle" }, shortNumber(tick, 6)));
+      lines.push(shape("text", { x, y: base + STRIP + 16, "text-anchor": "middle" }, shortNumber(tick, now.meaning.digits + 2)));
     }
     if (now.meaning.unit)
       lines.push(shape("text", { x: 2, y: base + STRIP + 16, class: "editor-unit" }, now.meaning.unit));

@@ -20,7 +20,8 @@ export function transferFiles({ api, volumes, status, points, loaded }) {
     const volume = volumes.current();
     const value = (sample) => (volume?.value_scale || 1) * sample + (volume?.value_offset || 0);
     const values = points().map(([sample, ...colour]) => [value(sample), ...colour]);
-    const rounded = values.map((point) => point.map((x) => Number(x.toPrecision(8))));
+    // Values may be far from 0 compared with their distances.
+    const rounded = values.map((point) => point.map((x, k) => Number(x.toPrecision(k ? 8 : 15))));
     const lines = rounded.map((point) => `    ${JSON.stringify(point)}`);
     const name = `${stem(volume)}-transfer.json`;
     download(`{\n  "points": [\n${lines.join(",\n")}\n  ]\n}\n`, name);
