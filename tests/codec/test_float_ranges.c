@@ -7,9 +7,11 @@
 #include "array/core/array.h"
 #include "cvol/algebra.h"
 #include "cvol/codec.h"
+#include "cvol/transfer.h"
 #include "random.h"
 #include "support.h"
 #include "support_context.h"
+#include "support_render.h"
 
 enum { NX = 37, NY = 30, NZ = 33, COUNT = NX * NY * NZ };
 
@@ -204,6 +206,46 @@ static void check_statistics(const cvol_array *array, const void *samples, const
                  got.standard_deviation, got.standard_deviation_error, deviation * largest);
 }
 
+/* The histogram in a file is that of the samples, of outliers and of small objects, too. */
+static void test_histogram_has_outliers(void **state)
+{
+    (void)state;
+    cvol_volume volume = support_volume(NX, NY, NZ, CVOL_FLOAT32);
+    float *samples = volume.data;
+    for (int k = 0; k < 6; k++) {
+        cvol_compress_options options = cvol_compress_options_defaults();
+        cvol_compress_report report;
+        cvol_histogram wanted, found;
+        cvol_array *array, *read;
+        void *file;
+        size_t size;
+        for (size_t i = 0; i < COUNT; i++)
+            samples[i] = (float)(k < 3 ? 0 : smooth(i));
+        for (size_t i = 0; i < 6; i++)
+            samples[5000 + i] = (float)(0.5 * (double)(i + 1) * (k < 3 ? 1 : 100));
+        samples[9] = k % 3 == 2 ? NAN : samples[9];
+        options.lossless = k % 3 != 1;
+        if (!options.lossless) {
+            options.target = CVOL_TARGET_MAX_ERROR;
+            options.target_value = 0.01;
+        }
+        if (cvol_volume_compute_histogram(context, &wanted, &volume) ||
+            cvol_compress(context, &array, &report, samples, &volume.grid, &options) ||
+            cvol_array_write_memory(context, array, &file, &size) ||
+            cvol_array_read_memory(context, &read, file, size, "outliers") ||
+            cvol_array_compute_histogram(context, &found, read))
+            fail_msg("%d: %s", k, cvol_context_message(context));
+        if (wanted.min != found.min || wanted.max != found.max || wanted.distinct != found.distinct)
+            fail_msg("%d: %g to %g, %d values, not %g to %g, %d values", k, found.min, found.max,
+                     found.distinct, wanted.min, wanted.max, wanted.distinct);
+        assert_memory_equal(wanted.bins, found.bins, sizeof wanted.bins);
+        free(file);
+        cvol_array_free(array);
+        cvol_array_free(read);
+    }
+    free(volume.data);
+}
+
 /* The L2 bound holds for the samples of every level: level 0 restores outliers, others do not. */
 static void check_bounds(const char *path, const void *samples, const cvol_grid *grid,
                          const char *name)
@@ -294,6 +336,7 @@ int main(void)
         cmocka_unit_test(test_lossless_is_to_the_bit),
         cmocka_unit_test(test_targets_at_all_magnitudes),
         cmocka_unit_test(test_outliers_cost_little),
+        cmocka_unit_test(test_histogram_has_outliers),
         cmocka_unit_test(test_bounds_cover_what_a_residual_restores),
         cmocka_unit_test(test_nan_is_a_mask),
     };

@@ -467,6 +467,45 @@ static void test_auto_hides_background_and_shows_object(void **state)
     cvol_transfer_free(t);
 }
 
+/* An object of a few samples in a volume of one value, or of noise within one bin. */
+static void test_auto_shows_small_objects(void **state)
+{
+    (void)state;
+    for (int side = 0; side < 2; side++) {
+        cvol_histogram h = {.min = 0, .max = 1000, .chord = 130};
+        for (int i = 1; i < 256; i++)
+            h.bins[side ? 255 - i : i] = (uint64_t)(600 / i);
+        h.bins[side ? 255 : 0] = 8000000;
+        cvol_transfer *t = create_named("auto", &h);
+        expect_near(opacity_at_bin(t, &h, side ? 255 : 0), 0);
+        assert_true(opacity_at_bin(t, &h, side ? 105 : 150) > 0.1);
+        assert_true(opacity_at_bin(t, &h, side ? 0 : 255) > 0.2);
+        cvol_transfer_free(t);
+        cvol_histogram one = {.min = 0, .max = 1, .chord = 130}; /* of one sample */
+        one.bins[side ? 255 : 0] = 8000000;
+        one.bins[side ? 0 : 255] = 1;
+        t = create_named("field", &one);
+        expect_near(opacity_at_bin(t, &one, side ? 255 : 0), 0);
+        assert_true(opacity_at_bin(t, &one, side ? 0 : 255) > 0.2);
+        cvol_transfer_free(t);
+    }
+}
+
+/* A single value is denser in smaller volumes, as objects are. */
+static void test_plain_fits_shape(void **state)
+{
+    (void)state;
+    cvol_histogram h = {.min = 7, .max = 7, .chord = 2.0 / 3};
+    h.bins[0] = 1;
+    cvol_transfer *small = create_named("auto", &h);
+    h.chord = 170;
+    cvol_transfer *large = create_named("auto", &h);
+    expect_near(cvol_transfer_at(large, 7).opacity, 0.05);
+    assert_true(cvol_transfer_at(small, 7).opacity > 0.5);
+    cvol_transfer_free(small);
+    cvol_transfer_free(large);
+}
+
 static void test_auto_takes_sides(void **state)
 {
     (void)state;
@@ -568,6 +607,8 @@ int main(void)
         TEST(test_histogram_of_many_samples),
         TEST(test_auto_hides_background_and_shows_object),
         TEST(test_auto_takes_sides),
+        TEST(test_auto_shows_small_objects),
+        TEST(test_plain_fits_shape),
         TEST(test_every_name_fits_every_histogram),
         TEST(test_histogram_marks),
         TEST(test_auto_fits_shape),

@@ -88,14 +88,14 @@ static int make_mask(modes *m)
                : cvol_mask_make(m->context, &m->mask, &m->filled, m->samples, m->grid, &fills);
 }
 
-/* With a mask, encode attempts see filled samples; the file's summary counts only samples that have
- * a value. */
+/* With a mask, encode attempts see filled samples, and with outliers clamped ones: the file's
+ * summary counts the original samples that have a value. */
 static int summarise(modes *m)
 {
-    if (!m->mask || m->options->no_histogram)
+    if (m->options->no_histogram)
         return CVOL_OK;
     return cvol_summarise_samples(m->context, &m->summary, m->samples, m->grid,
-                                  cvol_mask_fills(m->mask));
+                                  m->mask ? cvol_mask_fills(m->mask) : NULL);
 }
 
 static int set_summary(const modes *m, cvol_array *array)
@@ -337,6 +337,8 @@ static int run_bound(modes *m, int *same)
         code = cvol_scan_samples(m->context, &m->least, &m->most, samples, m->grid);
         cvol_attempt_widen_range(&m->least, &m->most, m->grid->type, m->options);
         samples = m->clamped;
+        if (!code && !m->mask)
+            code = summarise(m);
     }
     if (!code)
         code = cvol_attempt_start(m->context, &m->attempt, samples, m->grid, m->options);
@@ -482,7 +484,7 @@ int cvol_compress_residual(cvol_context *context, cvol_array **out, cvol_compres
     if (cvol_type_is_integer(grid->type) && m->bound > 0 && m->bound < 1)
         m->bound = 0;
     code = make_mask(m);
-    if (!code)
+    if (!code && m->mask)
         code = summarise(m);
     if (!code && m->bound < 0) {
         code = run_filled(m, out, report);

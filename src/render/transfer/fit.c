@@ -3,10 +3,12 @@
  * 1. Smooth the histogram over 5 bins, since integers leave combs in it.
  * 2. Ignore padding that some scanners write around the picture: a single spike at the lowest
  * value, followed by an empty range and by a peak at the low end of the rest.
- * 3. The background is the lowest peak that is narrow (half its width below 15 % of the robust
- *    range, which leaves out a thousandth at either end), holds a tenth of the samples and lies
- *    in the lowest quarter. Otherwise it is the highest peak, if it is narrow and holds a quarter.
- *    Otherwise there is none, and the brighter half of the samples is the object.
+ * 3. The robust range leaves out a thousandth at either end. Where one bin holds all the others, as
+ *    in a volume that is empty but for a small object, the range is that of the other bins, too.
+ *    The background is the lowest peak that is narrow (half its width below 15 % of the robust
+ *    range), holds a tenth of the samples and lies in the lowest quarter. Otherwise it is the
+ * highest peak, if it is narrow and holds a quarter. Otherwise there is none, and the brighter half
+ * of the samples is the object.
  * 4. The object lies on both sides of a background around zero whose two tails have comparable
  *    lengths (velocities, vorticity); else on the side whose tail is much longer (above, if in
  *    doubt).
@@ -58,6 +60,21 @@ static double quantile(const double *bins, double share)
     return BINS;
 }
 
+/* Step 3: the robust range. */
+static void find_range(shape *s)
+{
+    s->lo = quantile(s->raw, TAIL);
+    s->hi = quantile(s->raw, 1 - TAIL);
+    const int bin = (int)s->lo;
+    if (bin >= BINS || bin != (int)s->hi || !(s->raw[bin] < s->total))
+        return;
+    double others[BINS];
+    memcpy(others, s->raw, sizeof others);
+    others[bin] = 0;
+    s->lo = fmin(s->lo, quantile(others, TAIL));
+    s->hi = fmax(s->hi, quantile(others, 1 - TAIL));
+}
+
 static void finish_shape(shape *s)
 {
     s->total = 0;
@@ -67,8 +84,7 @@ static void finish_shape(shape *s)
         for (int j = i - SMOOTH; j <= i + SMOOTH; j++)
             s->smooth[i] += j >= 0 && j < BINS ? s->raw[j] / (2 * SMOOTH + 1) : 0;
     }
-    s->lo = quantile(s->raw, TAIL);
-    s->hi = quantile(s->raw, 1 - TAIL);
+    find_range(s);
 }
 
 static double mass(const shape *s, double from, double to)

@@ -38,6 +38,7 @@
 #define CHORD_POWER 0.6
 #define COLOURS_MAX 9
 #define DENSE_OPACITY 0.5
+#define PLAIN_OPACITY 0.05 /* of a single value */
 #define DENSE_BLACK 0.05
 #define DENSE_WHITE 0.95
 
@@ -217,12 +218,17 @@ static void set_colour(cvol_transfer_point *point, const colour_map *map, double
     point->b = rgb[2];
 }
 
+/* An opacity in a volume of these rays. */
+static double at_density(double opacity, double chord)
+{
+    return cvol_opacity_over(opacity, chord > 0 ? pow(CHORD / chord, CHORD_POWER) : 1);
+}
+
 /* The point at `depth` on the side of direction +1 or -1. */
 static cvol_transfer_point point_at(const struct named *name, const cvol_fit *fit, double depth,
                                     int direction)
 {
-    const double density = fit->chord > 0 ? pow(CHORD / fit->chord, CHORD_POWER) : 1;
-    cvol_transfer_point point = {.opacity = cvol_opacity_over(name->opacity(fit, depth), density)};
+    cvol_transfer_point point = {.opacity = at_density(name->opacity(fit, depth), fit->chord)};
     point.value = direction > 0 ? fit->edge_above + depth : fit->edge_below - depth;
     double t = name->place(fit, depth);
     if (fit->above && fit->below && direction < 0 && name->map_below)
@@ -236,9 +242,10 @@ static cvol_transfer_point point_at(const struct named *name, const cvol_fit *fi
 
 /* An empty histogram, or one of a single value: that value is faintly visible. */
 static int create_plain(cvol_context *context, cvol_transfer **out, const struct named *name,
-                        double value)
+                        const cvol_histogram *histogram)
 {
-    cvol_transfer_point point = {.value = value, .opacity = 0.05};
+    cvol_transfer_point point = {.value = histogram->min,
+                                 .opacity = at_density(PLAIN_OPACITY, histogram->chord)};
     set_colour(&point, &name->map, 0.7);
     return cvol_transfer_create(context, out, &point, 1);
 }
@@ -248,7 +255,7 @@ static int create_fitted(cvol_context *context, cvol_transfer **out, const struc
 {
     cvol_fit fit = cvol_fit_make(histogram);
     if (!(fit.share > 0))
-        return create_plain(context, out, name, histogram->min);
+        return create_plain(context, out, name, histogram);
     cvol_transfer_point points[2 * (KNOTS + 1)];
     size_t count = 0;
     for (int k = KNOTS; k >= 0 && fit.below; k--)
