@@ -156,15 +156,15 @@ static void test_fit(void **state)
     free(volume.data);
 }
 
-/* Volumes of a few samples, which have one to six cells along an axis, fill the picture likewise.
- */
+/* Volumes of a few samples, which have one to six cells along an axis, fill the picture likewise;
+ * a single sample is as large as its spacing. */
 static void test_fit_small(void **state)
 {
     (void)state;
     static const cvol_transfer_point solid[] = {{.value = 0, .r = 1, .g = 1, .b = 1, .opacity = 1}};
     cvol_transfer *transfer;
     assert_int_equal(cvol_transfer_create(context, &transfer, solid, 1), CVOL_OK);
-    for (size_t n = 2; n < 13; n++) {
+    for (size_t n = 1; n < 13; n++) {
         cvol_volume volume = support_volume(n, n, n, CVOL_UINT8);
         memset(volume.data, 200, n * n * n);
         cvol_render_options options = support_square(100, CVOL_MODE_COMPOSITE, 30, 20);

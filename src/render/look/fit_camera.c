@@ -315,12 +315,14 @@ static int fit(cvol_context *context, cvol_render_options *options, double size[
     float *memory = cvol_allocate(cells + points, sizeof *memory);
     if (!memory)
         return cvol_fail_memory(context, (cells + points) * sizeof *memory, "a frame");
-    double diagonal = 0;
-    for (int a = 0; a < 3; a++)
+    double diagonal = 0, longest = 0; /* of the samples' centres; of what is drawn */
+    for (int a = 0; a < 3; a++) {
         diagonal = hypot(diagonal, (double)(grid->dims[a] - 1) * grid->spacing[a]);
+        longest = hypot(longest, 2 * half_side(grid, a));
+    }
     if (!(diagonal > 0))
         diagonal = (grid->spacing[0] + grid->spacing[1] + grid->spacing[2]) / 3;
-    shadow of = {.point = diagonal / (POINTS - 2),
+    shadow of = {.point = longest / (POINTS - 2),
                  .depths = memory + cells,
                  .is_grey = cvol_mode_is_grey(options->mode)};
     const perspective lens = {
