@@ -76,9 +76,10 @@ EMSCRIPTEN_KEEPALIVE const char *decode_describe(void)
     return open_file.described;
 }
 
-/* A sample of the level: the mean of the samples of its cell. */
-static double mean_of(const float *samples, const size_t size[3], const size_t begin[3],
-                      size_t factor)
+/* A sample of the level: the mean of the samples of its cell that have a value. Without one it is
+ * the first sample, a fill. is_void: 1 for samples without a value. */
+static double mean_of(const float *samples, const uint8_t *is_void, const size_t size[3],
+                      const size_t begin[3], size_t factor)
 {
     double sum = 0;
     size_t end[3], count = 0;
@@ -86,9 +87,13 @@ static double mean_of(const float *samples, const size_t size[3], const size_t b
         end[a] = begin[a] + factor < size[a] ? begin[a] + factor : size[a];
     for (size_t z = begin[2]; z < end[2]; z++)
         for (size_t y = begin[1]; y < end[1]; y++)
-            for (size_t x = begin[0]; x < end[0]; x++, count++)
-                sum += (double)samples[x + size[0] * (y + size[1] * z)];
-    return sum / (double)count;
+            for (size_t x = begin[0]; x < end[0]; x++) {
+                const size_t i = x + size[0] * (y + size[1] * z);
+                sum += is_void[i] ? 0 : (double)samples[i];
+                count += !is_void[i];
+            }
+    return count ? sum / (double)count
+                 : (double)samples[begin[0] + size[0] * (begin[1] + size[1] * begin[2])];
 }
 
 static void store(void *out, cvol_type type, size_t i, double value)
@@ -119,25 +124,28 @@ static int evaluate_means(void *out, const size_t begin[3], const size_t end[3],
         cells[a] = end[a] - begin[a];
     }
     size_t count;
-    float *samples = cvol_size_multiply(&count, size[0], size[1] * factor)
-                         ? cvol_allocate(count, sizeof *samples)
-                         : NULL;
-    int code = samples ? CVOL_OK
-                       : cvol_fail(open_file.context, CVOL_ERROR_MEMORY,
-                                   "not enough memory for a layer of samples");
+    const int fits = cvol_size_multiply(&count, size[0], size[1] * factor);
+    float *samples = fits ? cvol_allocate(count, sizeof *samples) : NULL;
+    uint8_t *is_void = fits ? cvol_allocate(count, 1) : NULL;
+    int code = samples && is_void ? CVOL_OK
+                                  : cvol_fail(open_file.context, CVOL_ERROR_MEMORY,
+                                              "not enough memory for a layer of samples");
     for (size_t z = 0; z < cells[2] && !code; z++) {
         const size_t first[3] = {from[0], from[1], from[2] + z * factor};
         const size_t last[3] = {to[0], to[1],
                                 first[2] + factor < to[2] ? first[2] + factor : to[2]};
         const size_t layer[3] = {size[0], size[1], last[2] - first[2]};
         code = cvol_array_evaluate_real(open_file.context, samples, open_file.array, first, last);
+        if (!code)
+            cvol_array_evaluate_mask(is_void, open_file.array, first, last);
         for (size_t i = 0; i < cells[0] * cells[1] && !code; i++) {
             const size_t at[3] = {i % cells[0] * factor, i / cells[0] * factor, 0};
             store(out, cvol_array_grid(open_file.array)->type, i + cells[0] * cells[1] * z,
-                  mean_of(samples, layer, at, factor));
+                  mean_of(samples, is_void, layer, at, factor));
         }
     }
     free(samples);
+    free(is_void);
     return code;
 }
 

@@ -186,7 +186,8 @@ CVOL_API uint64_t cvol_array_evaluate_mask(uint8_t *out, const cvol_array *array
                                            const size_t begin[3], const size_t end[3]);
 
 /* Evaluates the box as floats, neither rounded nor clamped; l2_error, point_error and max_abs are
- * about these. Same errors as cvol_array_evaluate_box. */
+ * about these. Samples without a value are their fill, as a float. Same errors as
+ * cvol_array_evaluate_box. */
 CVOL_API int cvol_array_evaluate_real(cvol_context *context, float *out, const cvol_array *array,
                                       const size_t begin[3], const size_t end[3]);
 

@@ -20,8 +20,7 @@ typedef enum cvol_target {
 
 /* A background is one value that many samples have, such as the air around a skull-stripped brain.
  * It is stored separately, as a mask, without loss; the sharp edges around it then need no
- * coefficients. Evaluation, rendering and operations treat it like any other value. Statistics
- * (cvol/algebra.h) need an array without one: cvol_array_flatten. */
+ * coefficients. Evaluation, rendering, operations and statistics treat it like any other value. */
 typedef enum cvol_background {
     CVOL_BACKGROUND_NONE,
     CVOL_BACKGROUND_FIND, /* the most frequent value, if that makes the file smaller */
@@ -107,9 +106,9 @@ typedef struct cvol_compress_report {
  * this only if an estimate says it may succeed. Bits per sample are a ratio in terms of the sample
  * type. report may be NULL. The caller frees *out.
  *
- * A maximum error and lossless compression add a residual, which applies to samples in the type of
- * the array (cvol_array_evaluate_box); floats (cvol_array_evaluate_real, pictures, operations) are
- * made from the terms alone. Samples without a value are stored as a mask, decode to their original
+ * A maximum error and lossless compression add a residual. Samples, floats (also those of
+ * cvol_array_evaluate_real), pictures, statistics and operations include it; only
+ * cvol_array_evaluate_points and coarse levels leave it out. Samples without a value are stored as a mask, decode to their original
  * bits, and do not count for PSNR, errors, least and largest value. Lossless floats may have NaN
  * and infinite samples of at most 7 bit patterns.
  *

@@ -33,6 +33,7 @@ class Level:
 
     Sample i of an axis is the mean of samples 2^level i ... 2^level (i + 1) - 1 of the volume, evaluated from its
     lowest 1/2^level frequencies, and rounded to the sample type. From a lossy file only these frequencies are read.
+    Samples without a value do not count; a mean of none has none, and is the fill of its first sample.
     Means of labels are no labels: take ``v[::2, ::2, ::2]`` of these.
     """
 
@@ -95,18 +96,36 @@ class Level:
         if chosen.empty:
             return np.empty(chosen.shape, self.dtype)
         packed = np.empty(chosen.packed, self.dtype)
-        limits = None if self.dtype.kind == "f" else np.iinfo(self.dtype)
         for box in chosen.boxes():
             begin = [b * self._factor for b in box.begin]
             end = [min(e * self._factor, n) for e, n in zip(box.end, self._volume.shape)]
-            samples = np.empty([e - b for b, e in zip(begin, end)], np.float32)
-            with self._volume._store.at_level(self.level) as array, Call() as call:
-                call("array_evaluate_real", address(samples), array, _abi.Size3(*begin[::-1]), _abi.Size3(*end[::-1]))
-            means = _means(samples, self._factor)
-            if limits is not None:
-                means = np.clip(np.rint(means.astype(np.float64)), limits.min, limits.max)
-            packed[box.place] = means
+            packed[box.place] = self._box(begin, end)
         return packed[chosen.rest]
+
+    def _box(self, begin: list[int], end: list[int]) -> NDArray[Any]:
+        """The samples of the level that are made of samples begin .. end - 1 of the volume."""
+        shape = [e - b for b, e in zip(begin, end)]
+        samples, which = np.empty(shape, np.float32), np.empty(shape, np.uint8)
+        stored = None
+        box = _abi.Size3(*begin[::-1]), _abi.Size3(*end[::-1])
+        with self._volume._store.at_level(self.level) as array, Call() as call:
+            call("array_evaluate_real", address(samples), array, *box)
+            if _abi.functions["array_evaluate_mask"](address(which), array, *box):
+                stored = np.empty(shape, self.dtype)
+                call("array_evaluate_box", address(stored), array, *box)
+        if stored is None:
+            return self._rounded(_means(samples, self._factor))
+        share = _means((which == 0).astype(np.float32), self._factor)
+        sums = _means(np.where(which == 0, samples, np.float32(0)), self._factor)
+        every = slice(None, None, self._factor)
+        means = self._rounded(sums / np.where(share > 0, share, np.float32(1)))
+        return np.where(share > 0, means, stored[every, every, every])
+
+    def _rounded(self, means: NDArray[np.float32]) -> NDArray[Any]:
+        if self.dtype.kind == "f":
+            return means
+        limits = np.iinfo(self.dtype)
+        return np.clip(np.rint(means.astype(np.float64)), limits.min, limits.max)
 
     def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> NDArray[Any]:
         if copy is False:

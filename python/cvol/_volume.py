@@ -208,7 +208,8 @@ class Volume(NumpyArray, Algebra):
         return self._slice(index, self.dtype, "array_evaluate_box")
 
     def evaluate(self, index: Any = ...) -> Any:
-        """Samples as float32, neither rounded nor clamped to the sample type; `error_bound` refers to these."""
+        """Samples as float32, neither rounded nor clamped to the sample type; `error_bound` refers to these. Samples
+        without a value are their fill."""
         return self._slice(index, np.dtype(np.float32), "array_evaluate_real")
 
     def _slice(self, index: Any, dtype: np.dtype[Any], function: str) -> Any:

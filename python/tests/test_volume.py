@@ -244,6 +244,25 @@ def test_fill_and_mask():
     volume = cvol.compress(array, psnr=50, fill=np.nan)
     assert np.array_equal(np.isnan(volume.to_numpy()), np.isnan(array))
     assert np.array_equal(volume.mask(np.s_[8:12, 0]), np.isnan(array[8:12, 0]))
+    assert np.array_equal(np.isnan(volume.evaluate()), np.isnan(array))
+    assert np.array_equal(np.isnan(cvol.compress(array, lossless=True).evaluate()), np.isnan(array))
+
+
+@pytest.mark.parametrize("kind, fill", [("f4", np.nan), ("f4", 1e35), ("i2", -9999)])
+def test_fill_in_levels(kind, fill):
+    array = make_array((40, 40, 37), kind)
+    missing = np.zeros(array.shape, bool)
+    missing[:10, 3:] = missing[20, 20, 20] = missing[:, :, 36] = True
+    array[missing] = fill
+    level = cvol.compress(array, psnr=50, fill=fill).levels[1]
+    parts = np.pad(np.where(missing, np.nan, array), [(0, 0), (0, 0), (0, 1)], constant_values=np.nan)
+    parts = parts.reshape(20, 2, 20, 2, 19, 2)
+    none = np.isnan(parts).all(axis=(1, 3, 5))
+    got = level[...]
+    assert none.sum() > 1000 and np.array_equal(got[none], np.full(none.sum(), fill, kind), equal_nan=kind == "f4")
+    means = np.nansum(parts, axis=(1, 3, 5)) / np.maximum((~np.isnan(parts)).sum(axis=(1, 3, 5)), 1)
+    assert np.abs(got[~none] - means[~none]).max() < 10
+    assert np.array_equal(level[3:9, 5], got[3:9, 5], equal_nan=kind == "f4")
 
 
 def test_geometry(tmp_path):

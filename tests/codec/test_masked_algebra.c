@@ -4,6 +4,7 @@
 #include "test.h"
 
 #include "array/core/array.h"
+#include "array/evaluate/box.h"
 #include "cvol/algebra.h"
 #include "cvol/codec.h"
 #include "random.h"
@@ -65,13 +66,13 @@ static cvol_array *make_body(const body *of, uint64_t seed)
 }
 
 /* The array's samples, and 1 for those without a value. Terms define those: the operations continue
- * them. */
+ * them. Public functions give their fill instead. */
 static double *decode(const cvol_array *array, uint8_t *is_void)
 {
     float *real = malloc(COUNT * sizeof *real);
     double *out = malloc(COUNT * sizeof *out);
     assert_true(real && out);
-    assert_int_equal(cvol_array_evaluate_real(context, real, array, zero, dims), CVOL_OK);
+    assert_int_equal(cvol_array_evaluate_unmasked(context, real, array, zero, dims), CVOL_OK);
     for (size_t i = 0; i < COUNT; i++)
         out[i] = (double)real[i];
     free(real);
@@ -474,6 +475,37 @@ static void expect_voids(const cvol_array *array, const uint8_t *which, int fill
     free(is_void);
 }
 
+/* Floats of samples without a value are their fill, as samples are, with a residual and without. */
+static void test_floats_of_fills(void **state)
+{
+    (void)state;
+    static const double fills[] = {1e35, (double)NAN, -9999};
+    uint8_t *is_void = malloc(COUNT);
+    float *real = malloc(COUNT * sizeof *real), *samples = malloc(COUNT * sizeof *samples);
+    assert_true(is_void && real && samples);
+    for (int k = 0; k < 6; k++) {
+        cvol_array *array = make_body(&(body){VOID, fills[k / 2], 0, 1}, 9);
+        if (k % 2) { /* a lossless file of the same samples */
+            cvol_compress_options options = cvol_compress_options_defaults();
+            options.lossless = options.has_fill = 1;
+            options.fill = fills[k / 2];
+            check_ok(cvol_array_evaluate_box(context, samples, array, zero, dims));
+            const cvol_grid grid = array->grid;
+            cvol_array_free(array);
+            check_ok(cvol_compress(context, &array, NULL, samples, &grid, &options));
+        }
+        assert_true(cvol_array_evaluate_mask(is_void, array, zero, dims) > 0);
+        check_ok(cvol_array_evaluate_box(context, samples, array, zero, dims));
+        check_ok(cvol_array_evaluate_real(context, real, array, zero, dims));
+        for (size_t i = 0; i < COUNT; i++)
+            assert_true(!is_void[i] || !memcmp(&real[i], &samples[i], sizeof *real));
+        cvol_array_free(array);
+    }
+    free(is_void);
+    free(real);
+    free(samples);
+}
+
 /* Equal fills of two operands are one fill of the result, and its file can be read. */
 static void test_equal_fills(void **state)
 {
@@ -536,6 +568,7 @@ int main(void)
                                        TEST(test_hidden_samples),
                                        TEST(test_background_behind_filters),
                                        TEST(test_types),
+                                       TEST(test_floats_of_fills),
                                        TEST(test_equal_fills),
                                        TEST(test_equal_fills_of_a_type)};
     return cmocka_run_group_tests(tests, NULL, NULL);

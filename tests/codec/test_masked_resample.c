@@ -4,6 +4,7 @@
 #include "test.h"
 
 #include "array/core/array.h"
+#include "array/evaluate/box.h"
 #include "cvol/algebra.h"
 #include "cvol/codec.h"
 #include "random.h"
@@ -60,7 +61,7 @@ static double *decode(uint8_t *is_void, const cvol_array *array)
     float *real = malloc(count * sizeof *real);
     double *out = malloc(count * sizeof *out);
     assert_true(real && out);
-    check_ok(cvol_array_evaluate_real(context, real, array, zero, array->grid.dims));
+    check_ok(cvol_array_evaluate_unmasked(context, real, array, zero, array->grid.dims));
     memset(is_void, 0, count);
     if (array->mask)
         cvol_mask_get(is_void, array->mask, zero, array->grid.dims);

@@ -73,7 +73,7 @@ static int evaluate_piece(cvol_context *context, sums *s, const size_t begin[3],
             type = array->grid.type;
             code = cvol_array_evaluate_box(context, s->evaluated, array, begin, end);
         } else {
-            code = cvol_array_evaluate_real(context, s->evaluated, array, begin, end);
+            code = cvol_array_evaluate_unmasked(context, s->evaluated, array, begin, end);
         }
         cvol_doubles_load(s->samples[i], type, s->evaluated, 0, count);
         if (s->fills[i])

@@ -7,8 +7,11 @@
 /* Checks a box. Errors: ARGUMENT. */
 int cvol_array_check_box(cvol_context *context, const cvol_array *array, const size_t begin[3],
                          const size_t end[3]);
-/* cvol_array_evaluate_real less the array's offset: single precision suffices then for values far
- * from 0. */
+/* The same as cvol_array_evaluate_real, but samples without a value have a finite one, within the
+ * range or near it, instead of their fill. */
+int cvol_array_evaluate_unmasked(cvol_context *context, float *out, const cvol_array *array,
+                                 const size_t begin[3], const size_t end[3]);
+/* That less the array's offset: single precision suffices then for values far from 0. */
 int cvol_array_evaluate_less_offset(cvol_context *context, float *out, const cvol_array *array,
                                     const size_t begin[3], const size_t end[3]);
 /* A box of a whole array in the grid's type; arguments checked. */

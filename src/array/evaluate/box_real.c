@@ -18,19 +18,23 @@ int cvol_array_check_box(cvol_context *context, const cvol_array *array, const s
     return CVOL_OK;
 }
 
-/* Sets samples of the background to its value less `offset`. */
-static void apply_background(cvol_context *context, float *out, const cvol_array *array,
-                             const size_t begin[3], const size_t end[3], double offset)
+/* Sets masked samples to their fills less `offset`, as floats. */
+static void apply_fills(cvol_context *context, float *out, const cvol_array *array,
+                        const size_t begin[3], const size_t end[3], double offset)
 {
     const size_t sheet = (end[0] - begin[0]) * (end[1] - begin[1]);
-    const float value = (float)(cvol_array_background(array) - offset);
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    const uint64_t patterns[CVOL_FILLS_MAX] = {bits};
+    const cvol_fills *fills = cvol_mask_fills(array->mask);
+    uint64_t patterns[CVOL_FILLS_MAX] = {0};
+    for (int i = 0; i < fills->count; i++) {
+        const float value = (float)(cvol_fills_value(fills, i, array->grid.type) - offset);
+        uint32_t bits;
+        memcpy(&bits, &value, sizeof bits);
+        patterns[i] = bits;
+    }
 #pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
     for (size_t z = begin[2]; z < end[2]; z++) {
         const size_t first[3] = {begin[0], begin[1], z}, last[3] = {end[0], end[1], z + 1};
-        cvol_mask_write(out + sheet * (z - begin[2]), sizeof value, patterns, array->mask, first,
+        cvol_mask_write(out + sheet * (z - begin[2]), sizeof *out, patterns, array->mask, first,
                         last);
     }
 }
@@ -50,7 +54,7 @@ static int evaluate_decoded(cvol_context *context, float *out, const cvol_array 
     return code;
 }
 
-/* The samples less `offset`, which is 0 or the array's. */
+/* The samples less `offset`, which is 0 or the array's; finite ones where they have no value. */
 static int evaluate(cvol_context *context, float *out, const cvol_array *array,
                     const size_t begin[3], const size_t end[3], double offset)
 {
@@ -64,14 +68,23 @@ static int evaluate(cvol_context *context, float *out, const cvol_array *array,
     code = array->block ? cvol_blocks_evaluate(context, out, &moved, begin, end)
                         : cvol_whole_evaluate(context, out, &moved, begin, end);
     if (!code && cvol_mask_is_background(array->mask))
-        apply_background(context, out, array, begin, end, offset);
+        apply_fills(context, out, array, begin, end, offset);
     return code;
+}
+
+int cvol_array_evaluate_unmasked(cvol_context *context, float *out, const cvol_array *array,
+                                 const size_t begin[3], const size_t end[3])
+{
+    return evaluate(context, out, array, begin, end, 0);
 }
 
 int cvol_array_evaluate_real(cvol_context *context, float *out, const cvol_array *array,
                              const size_t begin[3], const size_t end[3])
 {
-    return evaluate(context, out, array, begin, end, 0);
+    const int code = evaluate(context, out, array, begin, end, 0);
+    if (!code && cvol_mask_is_void(array->mask))
+        apply_fills(context, out, array, begin, end, 0);
+    return code;
 }
 
 int cvol_array_evaluate_less_offset(cvol_context *context, float *out, const cvol_array *array,

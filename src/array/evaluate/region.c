@@ -105,7 +105,7 @@ static int count_piece(cvol_context *context, void *user, const size_t begin[3],
     region *r = user;
     const cvol_mask *mask = r->array->mask;
     const size_t count = (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]);
-    const int code = cvol_array_evaluate_real(context, r->samples, r->array, begin, end);
+    const int code = cvol_array_evaluate_unmasked(context, r->samples, r->array, begin, end);
     if (code)
         return code;
     const int has_fills = mask && cvol_mask_get(r->fills, mask, begin, end);

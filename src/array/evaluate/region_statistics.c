@@ -104,7 +104,7 @@ static int add_piece(cvol_context *context, void *user, const size_t begin[3], c
     statistics *s = user;
     const cvol_mask *mask = s->array->mask;
     const size_t row = end[0] - begin[0], rows = end[1] - begin[1];
-    const int code = cvol_array_evaluate_real(context, s->samples, s->array, begin, end);
+    const int code = cvol_array_evaluate_unmasked(context, s->samples, s->array, begin, end);
     if (code)
         return code;
     const int has_fills = mask && cvol_mask_get(s->fills, mask, begin, end);

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "array/block/lapped.h"
+#include "array/evaluate/box.h"
 #include "array/truncate/account.h"
 #include "base/context.h"
 #include "base/cpu.h"
@@ -166,7 +167,7 @@ int cvol_array_measure(cvol_context *context, cvol_array *array, const void *sam
     if (!distances || !real || (array->block && !stored))
         code = cvol_fail_memory(context, count * sizeof *real + bytes, "the decoded samples");
     if (!code)
-        code = cvol_array_evaluate_real(context, real, array, begin, dims);
+        code = cvol_array_evaluate_unmasked(context, real, array, begin, dims);
     if (!code && stored)
         code = cvol_array_evaluate_box(context, stored, array, begin, dims);
     if (!code) {

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "array/core/share.h"
+#include "array/evaluate/box.h"
 #include "base/context.h"
 #include "base/for_type.h"
 #include "base/memory.h"
@@ -49,7 +50,7 @@ static int add_slab(cvol_context *context, cvol_volume_distance *of_slices, slic
     for (int i = 0; i < 2; i++) {
         int code = cvol_array_evaluate_box(context, s->stored[i], arrays[i], from, to);
         if (!code)
-            code = cvol_array_evaluate_real(context, s->real[i], arrays[i], from, to);
+            code = cvol_array_evaluate_unmasked(context, s->real[i], arrays[i], from, to);
         if (code)
             return code;
     }

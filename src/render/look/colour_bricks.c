@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "array/core/array.h"
+#include "array/evaluate/box.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/options.h"
@@ -217,7 +218,7 @@ int cvol_colours_evaluate_box(cvol_context *context, float *out, const cvol_colo
                               size_t c, const size_t begin[3], const size_t end[3])
 {
     if (colours->arrays[c])
-        return cvol_array_evaluate_real(context, out, colours->arrays[c], begin, end);
+        return cvol_array_evaluate_unmasked(context, out, colours->arrays[c], begin, end);
     const cvol_volume *volume = colours->volumes[c];
     const size_t *n = volume->grid.dims, width = end[0] - begin[0];
     for (size_t z = begin[2]; z < end[2]; z++)
