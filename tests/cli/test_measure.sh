@@ -48,6 +48,28 @@ expect_done cvol measure lossy.cvol
 grep -q 'in range' "$out" && fail 'must not print a range without limits'
 grep -q '^  standard deviation .* +- ' "$out" || fail 'must print the deviation'
 
+# Samples without a value do not count, also if the first one has none.
+for mark in nan 1e35; do
+    {
+        printf 'NRRD0004\ntype: float\ndimension: 3\nsizes: 20 20 20\nencoding: ascii\n\n'
+        awk -v mark=$mark 'BEGIN { for (i = 0; i < 8000; i++) print i % 7 == 0 ? mark : 1000000 + i * 7919 % 100 }'
+    } >marked.nrrd
+    expect_status 0 cvol measure marked.nrrd --above 1000050 --json
+    cp "$out" dense.json
+    expect_equal "$(value_of samples)" 6857
+    expect_number "$(value_of largest)" '==' 1000099
+    expect_near "$(value_of standard_deviation)" 28.87 0.1
+    expect_status 0 cvol compress marked.nrrd marked.cvol --lossless
+    expect_done cvol measure marked.cvol --above 1000050 --json
+    expect_same_file dense.json "$out"
+    # An operand is compressed like the file.
+    expect_status 0 cvol stats marked.nrrd --json
+    expect_near "$(value_of mean)" 1000049.5 2
+    expect_status 0 cvol scale marked.nrrd -o scaled.cvol --factor 2
+    expect_done cvol info scaled.cvol --json
+    expect_equal "$(value_of missing_samples)" 1143
+done
+
 # Doubles below the least float: evaluation in single precision rounds them to 0, and the error says so.
 {
     printf 'NRRD0004\ntype: double\ndimension: 3\nsizes: 16 16 16\nencoding: ascii\n\n'

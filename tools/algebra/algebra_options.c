@@ -78,13 +78,50 @@ static int open_one(cvol_context *context, input *in, const char *path, common_o
     return open_input(context, in, path, &plain);
 }
 
+/* 1 if arrays like this can have missing samples: volumes in DCT blocks. NULL: a new one. */
+static int can_lack_samples(const cvol_array *like)
+{
+    cvol_array_info info;
+    if (!like)
+        return 1;
+    cvol_array_get_info(&info, like);
+    return info.rank == 3 && info.transform == CVOL_DCT && info.block;
+}
+
+/* Treats samples of a value far from all others, such as 1e35, as missing, as cvol compress does:
+ * they would degrade all others. like: the other operand, or NULL. Exit status. */
+static int find_mark(cvol_context *context, input *in, const char *path, const cvol_array *like)
+{
+    cvol_histogram histogram;
+    int are_labels = 0;
+    if (in->array)
+        return EXIT_DONE;
+    int code = cvol_volume_compute_histogram(context, &histogram, in->volume);
+    if (!code && histogram.mark_count)
+        code = cvol_volume_compute_is_labels(context, &are_labels, in->volume, path);
+    if (code)
+        return report_context_error(context, code, code == CVOL_ERROR_MEMORY ? path : NULL);
+    if (!histogram.mark_count || are_labels)
+        return EXIT_DONE;
+    in->has_fill = can_lack_samples(like);
+    in->fill = histogram.mark;
+    clear_progress();
+    fprintf(stderr,
+            in->has_fill ? "cvol: %s: samples of %g, far from all others, are treated as missing; "
+                           "cvol compress --fill nan keeps them as values\n"
+                         : "cvol: %s: some samples are %g, far from all others, and degrade those; "
+                           "only volumes in DCT blocks can have missing values\n",
+            path, histogram.mark);
+    return EXIT_DONE;
+}
+
 /* Compresses a dense operand like another array. */
 static int compress_like(cvol_context *context, input *in, const char *path, const cvol_array *like)
 {
     cvol_array_info info;
     cvol_array_get_info(&info, like);
     const cvol_keep keep = cvol_keep_ratio(30);
-    if (info.rank == 3 && info.transform == CVOL_DCT && info.block)
+    if (can_lack_samples(like))
         return need_array(context, in, path, info.block, CVOL_BACKGROUND_NONE);
     int code = cvol_array_compress(context, &in->array, in->volume->data, &in->volume->grid,
                                    info.rank, info.transform, info.block, &keep);
@@ -100,6 +137,8 @@ static int compress_like(cvol_context *context, input *in, const char *path, con
 int open_operand(cvol_context *context, input *in, const char *path, algebra_arguments *arguments)
 {
     int status = open_one(context, in, path, &arguments->common, NULL);
+    if (!status)
+        status = find_mark(context, in, path, NULL);
     if (status || arguments->takes_samples)
         return status;
     return need_array(context, in, path, 0, CVOL_BACKGROUND_NONE);
@@ -160,6 +199,8 @@ int open_operands(cvol_context *context, input in[2], const char *const paths[2]
         status = open_one(context, &in[i], paths[i], &arguments->common, &chosen[i]);
     if (!status)
         status = check_dims(in, paths);
+    for (int i = 0; i < 2 && !status; i++)
+        status = find_mark(context, &in[i], paths[i], in[1 - i].array);
     for (int i = 0; i < 2 && !status; i++)
         if (!in[i].array)
             status = in[1 - i].array

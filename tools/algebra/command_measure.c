@@ -13,7 +13,7 @@ static const char description[] =
     "from the figure of the original samples; that figure lies in the range in parentheses.\n"
     "Samples are evaluated in single precision.\n"
     "Samples without a value do not count. The figures of volumes that are not compressed are\n"
-    "exact.";
+    "exact; there NaN, infinity and a value far from all others, such as 1e35, mark no value.";
 
 static const char examples[] =
     "  cvol measure ct.cvol --above 300\n"
@@ -161,10 +161,11 @@ static int measure(cvol_context *context, const input *in, const measure_argumen
     store_range(&least, &largest, a, grid);
     if (in->array)
         code = measure_array(context, &m, in->array, begin, end, shape, least, largest);
-    else
-        measure_samples(&m.statistics, &m.region, in, begin, end, shape, least, largest);
     if (code)
         return report_context_error(context, code, path);
+    if (!in->array &&
+        measure_samples(&m.statistics, &m.region, in, begin, end, shape, least, largest))
+        return EXIT_FAILED;
     convert(&m, grid);
     if (a->operand.common.json)
         return print_json(measured_json(&m, begin, end));
