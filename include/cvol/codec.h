@@ -11,8 +11,8 @@ extern "C" {
 
 /* Targets of compression. */
 typedef enum cvol_target {
-    CVOL_TARGET_RATIO = 1,     /* raw bytes / file bytes: at least, and at most 2 % more */
-    CVOL_TARGET_PSNR = 2,      /* dB over the value range of the samples: at least */
+    CVOL_TARGET_RATIO = 1, /* raw bytes / file bytes, above 1: at least, and at most 2 % more */
+    CVOL_TARGET_PSNR = 2,  /* dB over the value range of the samples, above 0 to 200: at least */
     CVOL_TARGET_MAX_ERROR = 3, /* largest |original - decoded|: at most; 0: lossless */
     CVOL_TARGET_BITS =
         4 /* bits per sample, 8 file bytes / samples: at most, and at most 2 % less */
@@ -108,9 +108,9 @@ typedef struct cvol_compress_report {
  *
  * A maximum error and lossless compression add a residual. Samples, floats (also those of
  * cvol_array_evaluate_real), pictures, statistics and operations include it; only
- * cvol_array_evaluate_points and coarse levels leave it out. Samples without a value are stored as a mask, decode to their original
- * bits, and do not count for PSNR, errors, least and largest value. Lossless floats may have NaN
- * and infinite samples of at most 7 bit patterns.
+ * cvol_array_evaluate_points and coarse levels leave it out. Samples without a value are stored as
+ * a mask, decode to their original bits, and do not count for PSNR, errors, least and largest
+ * value. Lossless floats may have NaN and infinite samples of at most 7 bit patterns.
  *
  * Memory: with a separate background a copy of the samples. Cost: one forward transform, and one
  * quantization and coding per attempt. Errors: ARGUMENT, DATA (NaN or infinite samples: how many,

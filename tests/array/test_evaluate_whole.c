@@ -345,6 +345,10 @@ static void test_refusals(void **state)
     assert_int_equal(cvol_array_create_as(context, &whole, &grid, 3, CVOL_DHT, 0), CVOL_OK);
     assert_int_equal(cvol_array_create_as(context, &blocks, &grid, 3, CVOL_DCT, 8), CVOL_OK);
     assert_int_equal(cvol_array_evaluate_grid(context, out, whole, none), CVOL_ERROR_ARGUMENT);
+    const size_t many[3] = {(size_t)1 << (sizeof(size_t) * 8 - 2), 1, 1},
+                 more[3] = {SIZE_MAX, 2, 2};
+    assert_int_equal(cvol_array_evaluate_grid(context, out, whole, many), CVOL_ERROR_LIMIT);
+    assert_int_equal(cvol_array_evaluate_grid(context, out, whole, more), CVOL_ERROR_LIMIT);
     assert_int_equal(cvol_array_evaluate_grid(context, out, blocks, some), CVOL_ERROR_UNSUPPORTED);
     assert_int_equal(cvol_array_evaluate_chirp(context, out, whole, start, fine, none),
                      CVOL_ERROR_ARGUMENT);

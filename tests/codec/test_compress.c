@@ -367,6 +367,7 @@ static void combinations_are_checked(void **state)
         {{.max_error = (double)NAN}, "maximum error is nan"},
         {{.max_error = 2}, "only be combined with a PSNR"},
         {{.background = CVOL_BACKGROUND_VALUE, .has_fill = 1}, "a background cannot"},
+        {{.background = (cvol_background)3}, "background is 3, must be 0, 1 or 2"},
         {{.background = CVOL_BACKGROUND_VALUE, .lossless = 1}, "a background cannot"},
         {{.background = CVOL_BACKGROUND_VALUE, .background_value = (double)NAN},
          "the background is nan"},

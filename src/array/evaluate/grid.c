@@ -18,12 +18,18 @@ int cvol_array_evaluate_grid(cvol_context *context, float *out, const cvol_array
                          "an array in blocks of %d cannot be evaluated on a grid of its own; that "
                          "takes a whole array (block 0), or resample",
                          array->block);
-    size_t count = 1;
-    for (int a = 0; a < 3; a++)
-        if (!points[a] || !cvol_size_multiply(&count, count, points[a]))
+    size_t count = 1, bytes;
+    int fits = 1;
+    for (int a = 0; a < 3; a++) {
+        if (!points[a])
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                              "points are %zux%zux%zu; they must be at least 1 per axis", points[0],
                              points[1], points[2]);
+        fits = fits && cvol_size_multiply(&count, count, points[a]);
+    }
+    if (!fits || !cvol_size_multiply(&bytes, count, sizeof(float)))
+        return cvol_fail(context, CVOL_ERROR_LIMIT, "a grid of %zux%zux%zu points is too large",
+                         points[0], points[1], points[2]);
     float *slots = cvol_fft_allocate(count);
     if (!slots)
         return cvol_fail_memory(context, count * sizeof *slots, "a grid");

@@ -116,8 +116,8 @@ int cvol_keep_check(cvol_context *context, const cvol_keep *keep, const cvol_arr
     }
     if (keep->rule != CVOL_KEEP_TERMS &&
         (!isfinite(keep->value) || !(values[keep->rule].zero ? keep->value >= 0 : keep->value > 0)))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s is %g, must be %s",
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s is %g, must be finite and %s",
                          values[keep->rule].name, keep->value,
-                         values[keep->rule].zero ? "0 or more" : "positive");
+                         values[keep->rule].zero ? "0 or more" : "above 0");
     return check_low(context, keep, shape);
 }

@@ -46,11 +46,16 @@ static int find_energy(truncation *t, double allowed)
     const double norm = sqrt(cvol_sum_squares(t->keys, t->total)),
                  rounding = cvol_array_rounding(t->array) * norm, left = allowed - rounding;
     if (left <= 0 && norm > 0)
-        return cvol_fail(t->context, CVOL_ERROR_TARGET,
-                         "%s %g allows an L2 error of %g; single precision holds these samples (L2 "
-                         "norm %g) to %g: ask for less, or keep all",
-                         t->keep->rule == CVOL_KEEP_PSNR ? "a PSNR of" : "an L2 error of",
-                         t->keep->value, allowed, norm, rounding);
+        return t->keep->rule == CVOL_KEEP_PSNR
+                   ? cvol_fail(
+                         t->context, CVOL_ERROR_TARGET,
+                         "a PSNR of %g allows an L2 error of %g; single precision holds "
+                         "these samples (L2 norm %g) to %g: ask for a lower PSNR, or keep all",
+                         t->keep->value, allowed, norm, rounding)
+                   : cvol_fail(t->context, CVOL_ERROR_TARGET,
+                               "an L2 error of %g is out of reach; single precision holds these "
+                               "samples (L2 norm %g) to %g: allow more, or keep all",
+                               allowed, norm, rounding);
     /* The margin covers the rounding of magnitudes to floats. */
     t->limit = left > 0 ? left * left * (1 - 1e-6) : 0;
     t->at_least = 1;

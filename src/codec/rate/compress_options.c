@@ -54,14 +54,19 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
                          "maximum effort cannot be combined with a maximum error or lossless "
                          "compression");
     if (!(options->least_psnr >= 0) || !isfinite(options->least_psnr))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the least PSNR is %g dB, must be 0 or more",
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "the least PSNR is %g dB, must be finite and 0 or more",
                          options->least_psnr);
     if (!(options->max_error >= 0) || !isfinite(options->max_error))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "maximum error is %g, must be 0 or more",
-                         options->max_error);
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "maximum error is %g, must be finite and 0 or more", options->max_error);
     if (options->max_error > 0 && options->target != CVOL_TARGET_PSNR)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "a maximum error can only be combined with a PSNR target");
+    if ((int)options->background < CVOL_BACKGROUND_NONE ||
+        options->background > CVOL_BACKGROUND_VALUE)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "background is %d, must be 0, 1 or 2",
+                         (int)options->background);
     if (options->background == CVOL_BACKGROUND_VALUE &&
         (options->lossless || options->has_fill || options->max_error > 0 ||
          options->target == CVOL_TARGET_MAX_ERROR))
@@ -82,12 +87,13 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
     switch (options->target) {
     case CVOL_TARGET_BITS:
         if (!(value > 0) || !isfinite(value))
-            return cvol_fail(context, CVOL_ERROR_ARGUMENT, "bits a sample are %g, must be above 0",
-                             value);
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "bits a sample are %g, must be finite and above 0", value);
         return CVOL_OK;
     case CVOL_TARGET_RATIO:
         if (!(value > 1) || !isfinite(value))
-            return cvol_fail(context, CVOL_ERROR_ARGUMENT, "ratio is %g, must be above 1", value);
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "ratio is %g, must be finite and above 1", value);
         return CVOL_OK;
     case CVOL_TARGET_PSNR:
         if (!(value > 0) || !(value <= 200))
@@ -96,8 +102,8 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
         return CVOL_OK;
     case CVOL_TARGET_MAX_ERROR:
         if (!(value >= 0) || !isfinite(value))
-            return cvol_fail(context, CVOL_ERROR_ARGUMENT, "maximum error is %g, must be 0 or more",
-                             value);
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "maximum error is %g, must be finite and 0 or more", value);
         return CVOL_OK;
     }
     return cvol_fail(context, CVOL_ERROR_ARGUMENT, "target %d is unknown", (int)options->target);
