@@ -87,8 +87,9 @@ CVOL_API cvol_keep cvol_keep_loss(double l2_error);
  * terms. For files of volumes see cvol_compress in cvol/codec.h, which searches the step by coded
  * size. rank: 1, 2 or 3; dims beyond it must be 1. block: 0, 8, 16 or 32. The caller frees *out.
  * Cost: O(N log N) time; 8 N bytes besides the samples. Errors: ARGUMENT (also k larger than an
- * axis or the block, s larger than the number of coefficients), DATA (NaN, infinity, or squares overflow), LIMIT (a whole array of 2^32
- * samples or more), TARGET (a PSNR beyond single precision), MEMORY, CANCELLED. */
+ * axis or the block, s larger than the number of coefficients), DATA (NaN, infinity, or squares
+ * overflow), LIMIT (a whole array of 2^32 samples or more), TARGET (a PSNR beyond single
+ * precision), MEMORY, CANCELLED. */
 CVOL_API int cvol_array_compress(cvol_context *context, cvol_array **out, const void *samples,
                                  const cvol_grid *grid, int rank, cvol_transform transform,
                                  int block, const cvol_keep *keep);

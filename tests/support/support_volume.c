@@ -6,6 +6,7 @@
 
 #include <zlib.h>
 
+#include "base/byte_order.h"
 #include "base/memory.h"
 #include "random.h"
 #include "support.h"
@@ -174,10 +175,12 @@ void same_place(const cvol_grid *a, const cvol_grid *b, double relative, int tur
 
 /* ---- NIfTI headers ------------------------------------------------------------------- */
 
+/* Little-endian, or big-endian if the header is swapped. */
 static void set(header *h, size_t at, const void *value, size_t width)
 {
+    const int is_turned = (h->swapped != 0) != cvol_machine_is_big_endian();
     for (size_t i = 0; i < width; i++)
-        h->bytes[at + i] = ((const uint8_t *)value)[h->swapped ? width - 1 - i : i];
+        h->bytes[at + i] = ((const uint8_t *)value)[is_turned ? width - 1 - i : i];
 }
 
 void set16(header *h, size_t at, int value)
