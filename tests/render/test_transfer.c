@@ -491,6 +491,29 @@ static void test_auto_shows_small_objects(void **state)
     }
 }
 
+/* Small objects on both sides of zero, wherever in its bin zero lies, and of more or fewer samples.
+ */
+static void test_auto_shows_small_objects_of_two_signs(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 8; k++) {
+        cvol_histogram h = {.min = -0.7 - 0.001 * k, .max = 1, .chord = 50};
+        const double width = (h.max - h.min) / 256;
+        const int zero = (int)(-h.min / width);
+        for (int i = 3; i < 90; i++) {
+            h.bins[zero - i] = (uint64_t)(k % 2 ? 30000 : 300) / (uint64_t)i;
+            h.bins[zero + i] = (uint64_t)(k % 2 ? 50000 : 500) / (uint64_t)i;
+        }
+        for (int i = zero - k / 3; i <= zero + k / 3; i++) /* bins of one value may be equal ones */
+            h.bins[i] = 500000;
+        cvol_transfer *t = create_named("cool-warm", &h);
+        expect_near(cvol_transfer_at(t, 0).opacity, 0);
+        assert_true(opacity_at_bin(t, &h, zero + 60) > 0.1);
+        assert_true(opacity_at_bin(t, &h, zero - 60) > 0.1);
+        cvol_transfer_free(t);
+    }
+}
+
 /* A single value is denser in smaller volumes, as objects are. */
 static void test_plain_fits_shape(void **state)
 {
@@ -608,6 +631,7 @@ int main(void)
         TEST(test_auto_hides_background_and_shows_object),
         TEST(test_auto_takes_sides),
         TEST(test_auto_shows_small_objects),
+        TEST(test_auto_shows_small_objects_of_two_signs),
         TEST(test_plain_fits_shape),
         TEST(test_every_name_fits_every_histogram),
         TEST(test_histogram_marks),

@@ -5,6 +5,7 @@ import assert from "node:assert/strict";
 
 import * as overlays from "../../viewer/page/state/overlays.js";
 import * as channels from "../../viewer/page/state/channels.js";
+import { fittedWindow } from "../../viewer/page/slices/slice_window.js";
 import { colourAt, colourMaps, hexOf, rgbOf } from "../../viewer/page/transfer/colour_maps.js";
 import { createResolver } from "../../viewer/page/compare/concrete.js";
 import { histogramPath, robustRange, ticks } from "../../viewer/page/transfer/histogram.js";
@@ -145,6 +146,18 @@ near(transfer.opacityAt(transfer.heightOf(0.037)), 0.037);
   bins[255] = 1;
   const [low, high] = robustRange({ min: 0, max: 256, bins }, 0.01, 0.01);
   assert.deepEqual([low, high], [0, 101]);
+}
+// The window of slices has the values of a small object in an empty volume.
+{
+  const bins = new Array(256).fill(0);
+  bins[0] = 8e6;
+  for (let i = 10; i < 200; i++) bins[i] = 5;
+  assert.deepEqual(fittedWindow({ min: 0, max: 256, bins }), [0, 200]);
+  bins.fill(1000);
+  assert.deepEqual(fittedWindow({ min: 0, max: 256, bins }), [0, 256]);
+  bins[0] = 1e6;
+  bins.fill(1, 100);
+  assert.equal(fittedWindow({ min: 0, max: 256, bins })[1], 98);
 }
 assert.deepEqual(ticks(0, 100, 5), [0, 20, 40, 60, 80, 100]);
 assert.deepEqual(ticks(-1024, 3000, 4), [0, 2000]);

@@ -3,20 +3,20 @@
  * 1. Smooth the histogram over 5 bins, since integers leave combs in it.
  * 2. Ignore padding that some scanners write around the picture: a single spike at the lowest
  * value, followed by an empty range and by a peak at the low end of the rest.
- * 3. The robust range leaves out a thousandth at either end. Where one bin holds all the others, as
- *    in a volume that is empty but for a small object, the range is that of the other bins, too.
- *    The background is the lowest peak that is narrow (half its width below 15 % of the robust
- *    range), holds a tenth of the samples and lies in the lowest quarter. Otherwise it is the
- * highest peak, if it is narrow and holds a quarter. Otherwise there is none, and the brighter half
- * of the samples is the object.
+ * 3. The robust range leaves out a thousandth at either end. Where one bin holds so many samples
+ *    that this were much of the others, as in a volume that is empty but for a small object, the
+ *    thousandth is that of the others. The background is the lowest peak that is narrow (half its
+ *    width below 15 % of the robust range), holds a tenth of the samples and lies in the lowest
+ *    quarter. Otherwise it is the highest peak, if it is narrow and holds a quarter. Otherwise
+ *    there is none, and the brighter half of the samples is the object.
  * 4. The object lies on both sides of a background around zero whose two tails have comparable
  *    lengths (velocities, vorticity); else on the side whose tail is much longer (above, if in
  *    doubt).
  * 5. The background's edge is the knee of the histogram's slope towards the object: the bin
  *    farthest below the straight line from the peak to the robust end (the triangle method, Zack,
  *    Rogers, Latt 1977), and at least at the distance of the noise on the peak's other side.
- *    With two edges, at least three tenths of the samples lie beyond them: data that oscillates
- *    around zero has no empty space.
+ *    With two edges, at least three tenths of the samples lie beyond them, or all but the fullest
+ *    bin: data that oscillates around zero has no empty space.
  * 6. Count the object's samples by their depth beyond the edge, and divide them into two classes of
  *    the greatest variance between (Otsu 1979): soft and dense tissue in CT. */
 #include "render/transfer/fit.h"
@@ -25,9 +25,11 @@
 #include <string.h>
 
 #define BINS CVOL_HISTOGRAM_BINS
-#define SMOOTH 2    /* bins on either side */
-#define TAIL 0.001  /* share beyond the robust range */
-#define NARROW 0.15 /* of the robust range: half the width of a background's peak */
+#define SMOOTH 2          /* bins on either side */
+#define TAIL 0.001        /* share beyond the robust range */
+#define LEAST_SHARE 1e-15 /* of a sum of shares: less is rounding */
+#define FEW_TAILS 10      /* times TAIL: fewer samples outside of the fullest bin are few */
+#define NARROW 0.15       /* of the robust range: half the width of a background's peak */
 #define LOW_PEAK_SHARE 0.10
 #define LOW_PEAK_PLACE 0.25 /* of the robust range */
 #define HIGH_PEAK_SHARE 0.25
@@ -60,19 +62,38 @@ static double quantile(const double *bins, double share)
     return BINS;
 }
 
+/* The fullest bin from `from` to `to`, as a first bin and the end. A summary of fewer bins makes
+ * several equal ones of each (histogram.c). */
+static void find_fullest(int out[2], const double *raw, int from, int to)
+{
+    int fullest = from;
+    for (int i = from; i <= to; i++)
+        if (raw[i] > raw[fullest])
+            fullest = i;
+    out[0] = fullest;
+    out[1] = fullest + 1;
+    while (out[0] > 0 && !(raw[out[0] - 1] < raw[fullest]) && !(raw[out[0] - 1] > raw[fullest]))
+        out[0]--;
+    while (out[1] < BINS && !(raw[out[1]] < raw[fullest]) && !(raw[out[1]] > raw[fullest]))
+        out[1]++;
+}
+
 /* Step 3: the robust range. */
 static void find_range(shape *s)
 {
+    int bin[2];
+    find_fullest(bin, s->raw, 0, BINS - 1);
+    const double others = s->total - (bin[1] - bin[0]) * s->raw[bin[0]];
     s->lo = quantile(s->raw, TAIL);
     s->hi = quantile(s->raw, 1 - TAIL);
-    const int bin = (int)s->lo;
-    if (bin >= BINS || bin != (int)s->hi || !(s->raw[bin] < s->total))
+    if (!(others > LEAST_SHARE * s->total && others < FEW_TAILS * TAIL * s->total))
         return;
-    double others[BINS];
-    memcpy(others, s->raw, sizeof others);
-    others[bin] = 0;
-    s->lo = fmin(s->lo, quantile(others, TAIL));
-    s->hi = fmax(s->hi, quantile(others, 1 - TAIL));
+    double rest[BINS];
+    memcpy(rest, s->raw, sizeof rest);
+    for (int i = bin[0]; i < bin[1]; i++)
+        rest[i] = 0;
+    s->lo = fmin(bin[0], quantile(rest, TAIL));
+    s->hi = fmax(bin[1], quantile(rest, 1 - TAIL));
 }
 
 static void finish_shape(shape *s)
@@ -194,13 +215,17 @@ typedef struct background {
     double edge_above, edge_below; /* places in bins */
 } background;
 
-/* Moves both edges inwards, until enough samples lie beyond them. */
-static void draw_near(background *found, const shape *s, double peak)
+/* Moves both edges inwards, until enough samples lie beyond them, or to the fullest bin. */
+static void draw_near(background *found, const shape *s, int peak)
 {
+    const double middle = peak + 0.5;
+    int bin[2];
+    find_fullest(bin, s->raw, peak > SMOOTH ? peak - SMOOTH : 0,
+                 peak + SMOOTH < BINS ? peak + SMOOTH : BINS - 1);
     for (int k = 0; k < 100 && mass(s, found->edge_below, found->edge_above) > 1 - BOTH_SHARE;
          k++) {
-        found->edge_above = peak + 0.95 * (found->edge_above - peak);
-        found->edge_below = peak + 0.95 * (found->edge_below - peak);
+        found->edge_above = fmax(middle + 0.95 * (found->edge_above - middle), bin[1]);
+        found->edge_below = fmin(middle + 0.95 * (found->edge_below - middle), bin[0]);
     }
 }
 
@@ -225,7 +250,7 @@ static background find_background(const shape *s, double zero)
     found.edge_above = knee(s, peak, 1) + 1;
     found.edge_below = knee(s, peak, -1);
     if (found.above && found.below)
-        draw_near(&found, s, peak + 0.5);
+        draw_near(&found, s, peak);
     if (!found.below)
         found.edge_above = fmax(found.edge_above, peak + 0.5 + noise_reach(s, peak, 1));
     if (!found.above)
