@@ -217,6 +217,58 @@ static void test_fit_small_object(void **state)
     cvol_transfer_free(transfer);
 }
 
+/* Single samples in a larger volume, whose cells do not show them: the frame holds and centres
+ * them.
+ */
+static void test_fit_single_samples(void **state)
+{
+    (void)state;
+    static const cvol_transfer_point solid[] = {
+        {.value = 120, .opacity = 0}, {.value = 121, .r = 1, .g = 1, .b = 1, .opacity = 1}};
+    cvol_transfer *transfer;
+    assert_int_equal(cvol_transfer_create(context, &transfer, solid, 2), CVOL_OK);
+    for (int k = 0; k < 12; k++) {
+        const size_t z = k % 4 < 2 ? 90 : 7;
+        cvol_volume volume = support_volume(64, 80, 100, CVOL_UINT8);
+        cvol_array *array = NULL;
+        ((uint8_t *)volume.data)[support_index(&volume, 50, 11, z)] = 200;
+        if (k % 3 == 1) /* and one not far from it */
+            ((uint8_t *)volume.data)[support_index(&volume, 45, 14, z)] = 200;
+        if (k % 3 == 2) {
+            cvol_compress_options options = cvol_compress_options_defaults();
+            options.lossless = 1;
+            assert_int_equal(
+                cvol_compress(context, &array, NULL, volume.data, &volume.grid, &options), CVOL_OK);
+        }
+        for (int perspective = 0; perspective < 2; perspective++) {
+            cvol_render_options options = support_square(
+                100, k % 2 ? CVOL_MODE_ISO : CVOL_MODE_COMPOSITE, 30, 20);
+            options.surface.value = 120;
+            options.camera.fov_deg = perspective ? 50 : 0;
+            options.step_voxels = 0.05;
+            const cvol_source source = {
+                .size = sizeof source, .array = array, .volume = array ? NULL : &volume};
+            assert_int_equal(cvol_camera_fit(context, &options, &source, transfer, 1), CVOL_OK);
+            cvol_image *image = support_ray(context, &volume, solid, 2, &options);
+            double box[4];
+            find_rectangle(box, image);
+            if (test_verbose())
+                print_message("%d: at %g %g %g, zoom %g: %.3f %.3f %.3f %.3f\n", k,
+                              options.camera.look_at[0], options.camera.look_at[1],
+                              options.camera.look_at[2], options.camera.zoom, box[0], box[1],
+                              box[2], box[3]);
+            assert_true(box[0] > 0.02 && box[1] > 0.02 && box[2] < 0.98 && box[3] < 0.98);
+            assert_true(fmax(box[2] - box[0], box[3] - box[1]) > 0.15);
+            if (k % 3 != 1 && !perspective)
+                assert_true(fabs(box[0] + box[2] - 1) < 0.06 && fabs(box[1] + box[3] - 1) < 0.06);
+            cvol_image_free(image);
+        }
+        cvol_array_free(array);
+        free(volume.data);
+    }
+    cvol_transfer_free(transfer);
+}
+
 /* One frame for a whole turn: nothing is cut, and somewhere the ball comes near the edge. */
 static void test_turn(void **state)
 {
@@ -505,6 +557,6 @@ int main(void)
         TEST(test_fit),           TEST(test_fit_small),          TEST(test_fit_small_object),
         TEST(test_turn),          TEST(test_fit_in_perspective), TEST(test_extent),
         TEST(test_nothing),       TEST(test_look_at_once),       TEST(test_kinds),
-        TEST(test_mask)};
+        TEST(test_mask),          TEST(test_fit_single_samples)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

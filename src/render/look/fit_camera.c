@@ -3,7 +3,8 @@
  * Cells of the low-resolution volume are projected; their extinction times volume over the area of
  * a point of the projection is its optical depth. Points above DEPTH_MIN are visible. The frame
  * holds all of them but SPECKS of their number on each side, which may be single bright samples of
- * noise. */
+ * noise. Where no point or few are visible, an object may be too small for the cells: then the
+ * frame holds the box of its samples (fit_small.h). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +14,7 @@
 #include "base/options.h"
 #include "cvol/look.h"
 #include "render/light/extinction.h"
+#include "render/look/fit_small.h"
 #include "render/sheet/coarse_level.h"
 #include "render/view/camera.h"
 
@@ -27,14 +29,17 @@
  * volumes, or if what is visible is less than so many cells wide. */
 #define LONG_CELL 8
 #define FEW_CELLS 8
+/* A frame of less than so many cells is that of samples (fit_small.h). */
+#define UNRESOLVED 3
 
 /* A projection along one view: optical depths, about the middle of the volume. */
 typedef struct shadow {
     double right[3], up[3], eye[3];
     double point; /* side of a point in the world */
     float *depths;
-    int is_grey;  /* a mode without opacity */
-    double share; /* of the least depth: see project */
+    int is_grey;                 /* a mode without opacity */
+    double share;                /* of the least depth: see project */
+    const cvol_small_box *small; /* instead of cells, or NULL */
 } shadow;
 
 /* The extent along an axis of the picture, from the middle of the volume. */
@@ -153,6 +158,7 @@ static extent extent_of_box(const cvol_grid *grid, const double direction[3])
 typedef struct frame {
     extent x, y;
     double depth;
+    int is_coarse; /* nothing is visible, or less than cells resolve */
 } frame;
 
 /* How the frame is seen. */
@@ -162,13 +168,14 @@ typedef struct perspective {
     double least;   /* least optical depth of a visible point */
 } perspective;
 
-static int are_few_cells(const extent found[2], const cvol_coarse *coarse, const cvol_grid *grid)
+static int are_few_cells(const extent found[2], const cvol_coarse *coarse, const cvol_grid *grid,
+                         double few)
 {
     const double width = fmax(found[0].to - found[0].from, found[1].to - found[1].from);
     double cell = 0;
     for (int a = 0; a < 3; a++)
         cell = fmax(cell, coarse->pitch[a] * grid->spacing[a]);
-    return width < FEW_CELLS * cell;
+    return width < few * cell;
 }
 
 /* In perspective, the extents of a frame that holds everything. A point at (u, v) from the middle
@@ -205,6 +212,35 @@ static void widen(frame *out, const shadow *of, const cvol_coarse *coarse, const
     }
 }
 
+/* The extent of a box along a direction of any length. */
+static extent extent_along(const cvol_small_box *box, const double direction[3])
+{
+    const double middle = dot(box->middle, direction);
+    double half = 0;
+    for (int a = 0; a < 3; a++)
+        half += fabs(direction[a]) * box->half[a];
+    return (extent){middle - half, middle + half};
+}
+
+/* The frame of a box; see widen. */
+static void frame_box(frame *out, const shadow *of, const perspective *lens, const double *depth)
+{
+    extent *const sides[2] = {&out->x, &out->y};
+    const double *const axes[2] = {of->right, of->up};
+    out->depth = depth ? *depth : dot(of->small->middle, of->eye);
+    for (int k = 0; k < 2; k++) {
+        const double share = CVOL_FIT_SHARE / (k ? 1 : lens->shape);
+        double most[2];
+        for (int sign = 0; sign < 2; sign++) {
+            double slanted[3];
+            for (int a = 0; a < 3; a++)
+                slanted[a] = (sign ? -1 : 1) / share * axes[k][a] + lens->tangent * of->eye[a];
+            most[sign] = extent_along(of->small, slanted).to - lens->tangent * out->depth;
+        }
+        *sides[k] = (extent){-most[1] * share, most[0] * share};
+    }
+}
+
 /* depth: of the middle of the picture; NULL: that of what is visible. */
 static void find_frame(frame *out, shadow *of, const cvol_coarse *coarse, const cvol_grid *grid,
                        const float *extinction, const perspective *lens, const double *depth)
@@ -212,10 +248,15 @@ static void find_frame(frame *out, shadow *of, const cvol_coarse *coarse, const 
     const extent box[2] = {extent_of_box(grid, of->right), extent_of_box(grid, of->up)};
     extent found[2], along;
     shadow from_side = *of;
+    out->is_coarse = 0;
+    if (of->small) {
+        frame_box(out, of, lens, depth);
+        return;
+    }
     project(of, coarse, grid, extinction, 0);
     const int any = find_extent(&found[0], of, lens->least, 1) &&
                     find_extent(&found[1], of, lens->least, 0),
-              fine = any && are_few_cells(found, coarse, grid);
+              fine = any && are_few_cells(found, coarse, grid, FEW_CELLS);
     if (fine) {
         extent finer[2];
         project(of, coarse, grid, extinction, 1);
@@ -223,6 +264,7 @@ static void find_frame(frame *out, shadow *of, const cvol_coarse *coarse, const 
             find_extent(&finer[1], of, lens->least, 0))
             memcpy(found, finer, sizeof found);
     }
+    out->is_coarse = !any || are_few_cells(found, coarse, grid, UNRESOLVED);
     out->x = any ? found[0] : box[0];
     out->y = any ? found[1] : box[1];
     /* Points are coarse; nothing lies beyond the volume. */
@@ -276,7 +318,7 @@ static int look_from(cvol_context *context, shadow *out, const cvol_grid *grid,
  * about it. */
 static int fit_turn(cvol_context *context, cvol_render_options *options, shadow *of,
                     const cvol_coarse *coarse, const cvol_grid *grid, const float *extinction,
-                    const perspective *lens, double diagonal, int turns)
+                    const perspective *lens, double diagonal, int turns, int *is_coarse)
 {
     static const double x[3] = {1, 0, 0}, y[3] = {0, 1, 0}, z[3] = {0, 0, 1};
     const perspective parallel = {.shape = lens->shape, .least = lens->least};
@@ -286,6 +328,7 @@ static int fit_turn(cvol_context *context, cvol_render_options *options, shadow 
     memcpy(of->up, z, sizeof z);
     memcpy(of->eye, y, sizeof y);
     find_frame(&front, of, coarse, grid, extinction, &parallel, NULL);
+    *is_coarse = front.is_coarse;
     const double middle[3] = {(front.x.from + front.x.to) / 2, front.depth,
                               (front.y.from + front.y.to) / 2};
     int code = CVOL_OK;
@@ -300,16 +343,17 @@ static int fit_turn(cvol_context *context, cvol_render_options *options, shadow 
         half[0] = fmax(half[0], fmax(one.x.to - u, u - one.x.from));
         half[1] = fmax(half[1], fmax(one.y.to - v, v - one.y.from));
     }
-    const frame all = {{-half[0], half[0]}, {-half[1], half[1]}, 0};
+    const frame all = {{-half[0], half[0]}, {-half[1], half[1]}, 0, 0};
     set_camera(options, of, &all, diagonal);
     memcpy(options->camera.look_at, middle, sizeof middle);
     return code;
 }
 
-/* size: of what is visible in one picture; NULL: not needed. */
-static int fit(cvol_context *context, cvol_render_options *options, double size[2],
+/* size: of what is visible in one picture; NULL: not needed. small: instead of what the cells show,
+ * or NULL. *is_coarse: see frame. */
+static int fit(cvol_context *context, cvol_render_options *options, double size[2], int *is_coarse,
                const cvol_coarse *coarse, const cvol_grid *grid, const cvol_transfer *transfer,
-               int turns)
+               int turns, const cvol_small_box *small)
 {
     const size_t cells = cvol_coarse_count(coarse), points = (size_t)POINTS * POINTS;
     float *memory = cvol_allocate(cells + points, sizeof *memory);
@@ -324,18 +368,22 @@ static int fit(cvol_context *context, cvol_render_options *options, double size[
         diagonal = (grid->spacing[0] + grid->spacing[1] + grid->spacing[2]) / 3;
     shadow of = {.point = longest / (POINTS - 2),
                  .depths = memory + cells,
+                 .small = small,
                  .is_grey = cvol_mode_is_grey(options->mode)};
     const perspective lens = {
         .tangent = size ? 0 : tan(options->camera.fov_deg / 2 * RADIANS_PER_DEGREE),
         .shape = (double)options->height / options->width,
         .least = of.is_grey ? GREY_DEPTH_MIN : DEPTH_MIN};
     frame all;
-    int code = cvol_extinction_find(context, memory, coarse, grid, transfer, options);
+    int code = small ? CVOL_OK
+                     : cvol_extinction_find(context, memory, coarse, grid, transfer, options);
     if (!code && turns > 1)
-        code = fit_turn(context, options, &of, coarse, grid, memory, &lens, diagonal, turns);
+        code = fit_turn(context, options, &of, coarse, grid, memory, &lens, diagonal, turns,
+                        is_coarse);
     else if (!code && !(code = look_from(context, &of, grid, options, 0))) {
         find_frame(&all, &of, coarse, grid, memory, &lens, NULL);
         set_camera(options, &of, &all, diagonal);
+        *is_coarse = all.is_coarse;
         if (size) {
             size[0] = fmax(all.x.to - all.x.from, LEAST_EXTENT * diagonal);
             size[1] = fmax(all.y.to - all.y.from, LEAST_EXTENT * diagonal);
@@ -364,9 +412,15 @@ static int fit_source(cvol_context *context, cvol_render_options *options, doubl
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "turns is %d, must be 1 or more", turns);
     code = of.array ? cvol_coarse_of_array(context, &coarse, of.array)
                     : cvol_coarse_of_volume(context, &coarse, of.volume, of.mask);
+    const cvol_grid *grid = of.array ? cvol_array_grid(of.array) : &of.volume->grid;
+    cvol_small_box small;
+    int is_coarse = 0, found = 0;
     if (!code)
-        code = fit(context, options, size, &coarse,
-                   of.array ? cvol_array_grid(of.array) : &of.volume->grid, transfer, turns);
+        code = fit(context, options, size, &is_coarse, &coarse, grid, transfer, turns, NULL);
+    if (!code && is_coarse)
+        code = cvol_small_box_find(context, &small, &found, &of, transfer, options);
+    if (!code && found)
+        code = fit(context, options, size, &is_coarse, &coarse, grid, transfer, turns, &small);
     cvol_coarse_free(&coarse);
     return code;
 }
