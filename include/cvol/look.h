@@ -26,7 +26,8 @@ CVOL_API void cvol_camera_set_default(cvol_camera *camera, int *mirrored, const 
  * other modes; inside the clip. If nothing is, the whole volume counts. The source is an array or a
  * volume, with its mask; `transfer` may be NULL in other modes than composite. turns: 1, or the
  * number of pictures of a turn around z, which all fit. Cost: evaluates the low frequencies of the
- * blocks, 1/8 to 1/512 of the samples. Errors: ARGUMENT, MEMORY, CANCELLED. */
+ * blocks, 1/8 to 1/512 of the samples; where these show less than three cells in modes composite
+ * and iso, all samples of volumes of up to 2^27. Errors: ARGUMENT, MEMORY, CANCELLED. */
 CVOL_API int cvol_camera_fit(cvol_context *context, cvol_render_options *options,
                              const cvol_source *source, const cvol_transfer *transfer, int turns);
 /* The same for one picture in parallel projection, and sets size to the width and the height of

@@ -262,6 +262,9 @@ static void test_fit_single_samples(void **state)
             if (k % 3 != 1 && !perspective)
                 assert_true(fabs(box[0] + box[2] - 1) < 0.06 && fabs(box[1] + box[3] - 1) < 0.06);
             cvol_image_free(image);
+            options.clip = (cvol_clip){.axes = 1, .from = {0}, .to = {40}}; /* hides all */
+            assert_int_equal(cvol_camera_fit(context, &options, &source, transfer, 1), CVOL_OK);
+            assert_true(options.camera.zoom < 2);
         }
         cvol_array_free(array);
         free(volume.data);
