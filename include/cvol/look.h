@@ -14,8 +14,9 @@ extern "C" {
 
 /* Sets the angles of a camera to a three-quarter view: from the front, 30 degrees to the side and
  * 20 from above. If the grid has a patient orientation, front and above are those of the patient.
- * A slab, less than 0.4 times as thick as wide, is seen across its thin axis. turn_deg and
- * *mirrored: see cvol_camera_set_view. */
+ * A slab, less than 0.4 times as thick as wide, is seen across its thin axis; a single slice
+ * exactly along it, upright as in radiology, or with rows downwards. turn_deg and *mirrored: see
+ * cvol_camera_set_view. */
 CVOL_API void cvol_camera_set_default(cvol_camera *camera, int *mirrored, const cvol_grid *grid,
                                       double turn_deg);
 /* The part of a picture that an object fills, along the axis that it fills most. */

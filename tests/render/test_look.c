@@ -8,6 +8,7 @@
 #include "cvol/look.h"
 #include "random.h"
 #include "render/transfer/transfer.h"
+#include "render/view/camera.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_render.h"
@@ -63,6 +64,32 @@ static void test_plain_views(void **state)
         assert_true(fabs(turned[2] - eye[2]) < 1e-9);
         assert_true(fabs(turned[0] * eye[0] + turned[1] * eye[1] -
                          cos(25 / 57.29577951308232) * (1 - eye[2] * eye[2])) < 1e-9);
+    }
+}
+
+/* A single slice is seen as a picture: x or y to the right, and rows of slices across z downwards.
+ */
+static void test_views_of_slices(void **state)
+{
+    (void)state;
+    const struct {
+        size_t dims[3];
+        double eye[3], up[3];
+    } cases[] = {{{100, 80, 1}, {0, 0, -1}, {0, -1, 0}},
+                 {{1, 90, 100}, {1, 0, 0}, {0, 0, 1}},
+                 {{90, 1, 100}, {0, -1, 0}, {0, 0, 1}}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        const cvol_grid grid = grid_of(cases[k].dims[0], cases[k].dims[1], cases[k].dims[2]);
+        cvol_render_options options = support_square(8, CVOL_MODE_COMPOSITE, 0, 0);
+        cvol_view view;
+        int mirrored;
+        cvol_camera_set_default(&options.camera, &mirrored, &grid, 0);
+        assert_false(mirrored);
+        assert_int_equal(cvol_view_make(context, &view, &grid, &options), CVOL_OK);
+        for (int a = 0; a < 3; a++) {
+            assert_true(fabs(view.eye[a] - cases[k].eye[a]) < 1e-9);
+            assert_true(fabs(view.up[a] - cases[k].up[a]) < 1e-9);
+        }
     }
 }
 
@@ -555,11 +582,20 @@ static void test_kinds(void **state)
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {
-        TEST(test_label_colours), TEST(test_plain_views),        TEST(test_patients),
-        TEST(test_fit),           TEST(test_fit_small),          TEST(test_fit_small_object),
-        TEST(test_turn),          TEST(test_fit_in_perspective), TEST(test_extent),
-        TEST(test_nothing),       TEST(test_look_at_once),       TEST(test_kinds),
-        TEST(test_mask),          TEST(test_fit_single_samples)};
+    const struct CMUnitTest tests[] = {TEST(test_label_colours),
+                                       TEST(test_plain_views),
+                                       TEST(test_views_of_slices),
+                                       TEST(test_patients),
+                                       TEST(test_fit),
+                                       TEST(test_fit_small),
+                                       TEST(test_fit_small_object),
+                                       TEST(test_turn),
+                                       TEST(test_fit_in_perspective),
+                                       TEST(test_extent),
+                                       TEST(test_nothing),
+                                       TEST(test_look_at_once),
+                                       TEST(test_kinds),
+                                       TEST(test_mask),
+                                       TEST(test_fit_single_samples)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -529,6 +529,22 @@ static void test_plain_fits_shape(void **state)
     cvol_transfer_free(large);
 }
 
+/* Grey levels are opaque, those of a single slice, too. */
+static void test_dense_is_opaque(void **state)
+{
+    (void)state;
+    cvol_histogram h = {.min = 0, .max = 100, .chord = 1000};
+    for (int i = 0; i < 256; i++)
+        h.bins[i] = 100;
+    cvol_transfer *large = create_named("dense", &h);
+    h.chord = 2;
+    cvol_transfer *slice = create_named("dense", &h);
+    expect_near(cvol_transfer_at(large, 50).opacity, 0.5);
+    assert_true(cvol_transfer_at(slice, 50).opacity > 0.99);
+    cvol_transfer_free(large);
+    cvol_transfer_free(slice);
+}
+
 static void test_auto_takes_sides(void **state)
 {
     (void)state;
@@ -630,6 +646,7 @@ int main(void)
         TEST(test_histogram_of_many_samples),
         TEST(test_auto_hides_background_and_shows_object),
         TEST(test_auto_takes_sides),
+        TEST(test_dense_is_opaque),
         TEST(test_auto_shows_small_objects),
         TEST(test_auto_shows_small_objects_of_two_signs),
         TEST(test_plain_fits_shape),

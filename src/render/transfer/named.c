@@ -16,8 +16,8 @@
  * "mri" is 2.5 times denser; "bone" shows only dense tissue (fit.h: divide), and "skin-bone" the
  * same within a faint skin.
  *
- * "dense" is for values without empty space, as in electron microscopy: all are opaque, so the
- * faces of the volume, or of a cut, show grey levels.
+ * "dense" is for values without empty space, as in electron microscopy: all are opaque, also in a
+ * single slice, so the faces of the volume, or of a cut, show grey levels.
  *
  * Colours run along the robust range of the object, by value; for "auto" half by value and half by
  * rank, which spreads them over soft tissue and over rare peaks. If the object lies on both sides
@@ -274,9 +274,10 @@ static int create_dense(cvol_context *context, cvol_transfer **out, const cvol_h
         window[0] = histogram->min;
         window[1] = histogram->max;
     }
+    const double opacity = fmax(at_density(DENSE_OPACITY, histogram->chord), DENSE_OPACITY);
     const cvol_transfer_point points[2] = {
-        {window[0], DENSE_BLACK, DENSE_BLACK, DENSE_BLACK, DENSE_OPACITY},
-        {window[1], DENSE_WHITE, DENSE_WHITE, DENSE_WHITE, DENSE_OPACITY}};
+        {window[0], DENSE_BLACK, DENSE_BLACK, DENSE_BLACK, opacity},
+        {window[1], DENSE_WHITE, DENSE_WHITE, DENSE_WHITE, opacity}};
     return cvol_transfer_create(context, out, points, 2);
 }
 

@@ -10,7 +10,8 @@
  * cameras use. With left-handed axes (det D < 0) a picture is a mirror image: then D (up x eye) =
  * -(D up) x (D eye), and the picture must be mirrored.
  *
- * The default view is the front view, turned and raised; slabs are seen across their thin axis.
+ * The default view is the front view, turned and raised; slabs are seen across their thin axis, and
+ * a single slice exactly along it.
  *
  * From eye E and up U to the angles of a camera: e = asin E_z, a = atan2(E_x, -E_y), and the roll
  * is the angle of U in the plane of the directions right and up without a roll (camera.c). */
@@ -162,6 +163,10 @@ void cvol_camera_set_default(cvol_camera *camera, int *mirrored, const cvol_grid
 {
     /* Turned to the side, and raised: along x, y, z, and for volumes that are no slabs. */
     static const double angles[4][2] = {{62, 20}, {24, 20}, {24, 58}, {30, 20}};
+    /* Slices: y of those across z runs downwards, as rows of pictures. */
+    static const double flat[3][2] = {{90, 0}, {0, 0}, {0, -90}};
     const int axis = thin_axis(grid), k = axis < 0 ? 3 : axis;
-    place(camera, mirrored, &views[0], grid, angles[k][0] + turn_deg, angles[k][1]);
+    const int is_flat = axis >= 0 && grid->dims[cvol_view_thin_axis(grid)] == 1;
+    const double *to = is_flat ? flat[k] : angles[k];
+    place(camera, mirrored, &views[0], grid, to[0] + turn_deg, to[1]);
 }
