@@ -165,7 +165,7 @@ typedef struct cvol_transform_options {
     cvol_transform transform; /* transform of planes: DCT; for whole planes also DFT and DHT */
     int tile;                 /* planes have tiles of 8, 16 or 32 samples a side; 0: whole planes */
     double rho; /* terms kept divided by samples: of all planes together (tiles), or of each (whole
-                   planes); 1 or more: all nonzero terms */
+                   planes), above 0; 1, the largest: all nonzero terms */
     cvol_schedule schedule;
     double
         stored_rho; /* if larger than rho: planes keep this share of terms, and pictures use rho */

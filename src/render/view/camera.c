@@ -309,8 +309,9 @@ static int set_part(cvol_context *context, cvol_view *view, const cvol_part *par
         const double from = part->from[a], to = part->to[a];
         if (!(from < to) || !(from < view->hi[a]) || !(to > view->lo[a]))
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                             "part of %c from %g to %g: has none of %g to %g", "xyz"[a], from, to,
-                             view -> lo[a], view -> hi[a]);
+                             "part of %c from %g to %g: the second must be larger, and some of the "
+                             "drawn samples, %g to %g, between them",
+                             "xyz"[a], from, to, view -> lo[a] + 0, view -> hi[a]);
         view->clipped |= from > view->lo[a] || to < view->hi[a];
         view->own_lo[a] = fmax(view->lo[a], from);
         view->own_hi[a] = fmin(view->hi[a], to);
