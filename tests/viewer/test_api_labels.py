@@ -21,6 +21,10 @@ def label_at(x, y, z):
     return BALL if (x - 20) ** 2 + (y - 12) ** 2 + (z - 25) ** 2 < 36 else 0
 
 
+def planes():
+    return (i // SIDE**2 for i in range(SIDE**3))
+
+
 def setUpModule():
     global folder, viewer
     folder = make_folder()
@@ -31,6 +35,11 @@ def setUpModule():
         file.write(header.encode())
         file.write(b"".join(sample.to_bytes(2, "little") for sample in samples))
     run(folder.name, "cvol compress labels.seg.nrrd labels.cvol")
+    far = header.split("Segment0")[0].replace("uint16", "int32") + "\n"
+    with open(os.path.join(folder.name, "missing.nrrd"), "wb") as file:
+        file.write(far.encode())
+        file.write(b"".join((s if z < 30 else 2 * 10**9).to_bytes(4, "little") for s, z in zip(samples, planes())))
+    run(folder.name, "cvol compress missing.nrrd missing.cvol --fill 2000000000 --lossless")
     viewer = Viewer(folder.name, "labels.cvol", "labels.seg.nrrd")
     viewer.__enter__()
 
@@ -54,6 +63,13 @@ class Labels(unittest.TestCase):
             out = re.search(r" -o (\S+)", command)[1]
             with open(os.path.join(folder.name, out), "rb") as file:
                 self.assertEqual(viewer.frame(**view), read_png(file.read()), command)
+
+    def test_missing_samples_are_no_label(self):
+        """Their value may lie far from all labels."""
+        with Viewer(folder.name, "missing.cvol") as other:
+            volume = other.get("volumes").json["volumes"][0]
+            self.assertEqual([label["value"] for label in volume["labels"]], [PLATE, ROD, BALL])
+            other.frame(volume=volume["id"], **VIEW)
 
     def test_each_label_has_its_colour(self):
         run(folder.name, "cvol render labels.cvol -o scene.png --json > scene.json")

@@ -74,14 +74,55 @@ static void set_colour(double rgb[3], const shown_volume *v, int value)
         rgb[c] = known->rgb[c];
 }
 
+/* The samples, and which of them have no value: their fills need not lie near the labels. */
+typedef struct label_samples {
+    const cvol_volume *volume;
+    uint8_t *is_void; /* not 0: no value; NULL: all have one */
+    int32_t least;    /* of those with a value */
+    size_t width;     /* number of values from the least to the largest; 0: too many, or none */
+} label_samples;
+
+static int has_value(const label_samples *s, size_t i)
+{
+    return !s->is_void || !s->is_void[i];
+}
+
+/* Finds the range of the samples. That of the histogram is no limit of what a file holds. */
+static int find_range(label_samples *s, const shown_volume *v)
+{
+    static const size_t begin[3] = {0, 0, 0};
+    const size_t count = cvol_grid_samples(&s->volume->grid);
+    int64_t least = INT32_MAX, largest = INT32_MIN;
+    cvol_array_info info;
+    cvol_array_get_info(&info, v->array);
+    if (info.missing_samples && !(s->is_void = malloc(count)))
+        return CVOL_ERROR_MEMORY;
+    if (s->is_void)
+        cvol_array_evaluate_mask(s->is_void, v->array, begin, v->grid.dims);
+    for (size_t i = 0; i < count; i++) {
+        const int64_t value = sample_at(s->volume, i);
+        if (!has_value(s, i))
+            continue;
+        least = value < least ? value : least;
+        largest = value > largest ? value : largest;
+    }
+    if (least <= largest && largest - least < RANGE_MOST) {
+        s->least = (int32_t)least;
+        s->width = (size_t)(largest - least) + 1;
+    }
+    return CVOL_OK;
+}
+
 /* Gives each label its number in `number`, by its distance from the least sample, and its colour; 0
  * if there are too many. */
 static int number_labels(shown_labels *out, uint8_t *number, const shown_volume *v,
-                         const cvol_volume *samples, int32_t least, size_t width)
+                         const label_samples *s)
 {
-    const size_t count = cvol_grid_samples(&samples->grid);
+    const size_t count = cvol_grid_samples(&s->volume->grid), width = s->width;
+    const int32_t least = s->least;
     for (size_t i = 0; i < count; i++)
-        number[sample_at(samples, i) - least] = 1;
+        if (has_value(s, i))
+            number[sample_at(s->volume, i) - least] = 1;
     for (size_t k = 0; k < width; k++) {
         const int32_t label = least + (int32_t)k;
         if (!number[k] || !label) {
@@ -101,25 +142,27 @@ static int number_labels(shown_labels *out, uint8_t *number, const shown_volume 
 static int make(cvol_context *context, shown_labels *out, int *found, const shown_volume *v,
                 const cvol_volume *samples)
 {
-    const cvol_histogram *h = &v->histogram;
-    const int32_t least = (int32_t)h->min;
-    const size_t width = (size_t)(h->max - h->min) + 1, count = cvol_grid_samples(&samples->grid);
-    uint8_t *number = calloc(width, 1);
+    label_samples s = {.volume = samples};
+    int code = find_range(&s, v);
+    uint8_t *number = s.width ? calloc(s.width, 1) : NULL;
+    const size_t count = cvol_grid_samples(&samples->grid);
     cvol_grid grid = samples->grid;
-    if (!number)
-        return CVOL_ERROR_MEMORY;
-    *found = number_labels(out, number, v, samples, least, width);
+    if (!code && s.width && !number)
+        code = CVOL_ERROR_MEMORY;
+    *found = !code && s.width && number_labels(out, number, v, &s);
     grid.type = CVOL_UINT8;
     grid.value_scale = 1;
     grid.value_offset = 0;
-    int code = *found ? cvol_volume_create(context, &out->numbers, &grid) : CVOL_OK;
+    if (*found)
+        code = cvol_volume_create(context, &out->numbers, &grid);
     if (!code && *found) {
         uint8_t *to = out->numbers->data;
         for (size_t i = 0; i < count; i++)
-            to[i] = number[sample_at(samples, i) - least];
+            to[i] = has_value(&s, i) ? number[sample_at(samples, i) - s.least] : 0;
         code = cvol_labels_create_shape(context, &out->shape, out->numbers);
     }
     free(number);
+    free(s.is_void);
     return code;
 }
 
