@@ -128,3 +128,29 @@ expect_done cvol info far.raw $raw --json
 expect_status 0 cvol compress far.raw far.cvol $raw
 grep -q 'samples are labels' "$err" || fail 'must detect labels that are far apart'
 expect_done cvol info far.cvol
+
+# Samples without a value are no label in pictures, whatever their fill.
+mask() { # LETTERS: 24 x 20 x 16 samples in runs of 6
+    i=0
+    while [ $i -lt 320 ]; do
+        for letter in $1; do
+            printf "%s%s%s%s%s%s" $letter $letter $letter $letter $letter $letter
+        done
+        i=$((i + 1))
+    done
+}
+raw='--dims 24x20x16 --type uint8'
+mask 'a b c d' >with.raw
+tr 'abcd' '\000\001\377\002' <with.raw >marked.raw
+tr 'abcd' '\000\001\000\002' <with.raw >clear.raw
+expect_status 0 cvol compress marked.raw marked.cvol $raw --fill 255 --lossless
+expect_status 0 cvol compress clear.raw clear.cvol $raw --lossless
+for more in '' '--labels 1' '--engine ray'; do
+    expect_done cvol render clear.cvol -o clear.png --size 32 $more
+    expect_done cvol render marked.cvol -o marked.png --size 32 $more
+    expect_same_file clear.png marked.png
+done
+expect_done cvol render clear.cvol -o clear.png --size 32 --overlay clear.cvol
+expect_done cvol render clear.cvol -o marked.png --size 32 --overlay marked.cvol --json
+expect_equal "$(value_of overlays.0.drawn.0.value)" 1
+expect_same_file clear.png marked.png

@@ -14,6 +14,30 @@
 /* The part of the numbers that one label must cover at least, for a few entries of the table. */
 #define REACH_SHARE 5e-4
 
+/* ---- missing samples ---- */
+
+int clear_missing_labels(input *in)
+{
+    const size_t begin[3] = {0, 0, 0};
+    cvol_array_info info;
+    if (!in->array || !in->volume || !cvol_type_is_integer(in->volume->grid.type))
+        return EXIT_DONE;
+    cvol_array_get_info(&info, in->array);
+    if (!info.missing_samples)
+        return EXIT_DONE;
+    const size_t count = cvol_grid_samples(&in->volume->grid),
+                 size = cvol_type_size(in->volume->grid.type);
+    uint8_t *mask = malloc(count);
+    if (!mask)
+        return report_error(EXIT_FAILED, "not enough memory for a mask of %zu samples", count);
+    cvol_array_evaluate_mask(mask, in->array, begin, in->volume->grid.dims);
+    for (size_t i = 0; i < count; i++)
+        if (mask[i])
+            memset((uint8_t *)in->volume->data + i * size, 0, size);
+    free(mask);
+    return EXIT_DONE;
+}
+
 /* ---- numbers ---- */
 
 /* Gives the chosen values their facts, in rising order. Exit status. */

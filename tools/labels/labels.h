@@ -82,6 +82,10 @@ int check_whole_samples(const input *in, const char *path);
 /* 1 if it probably holds labels of more than `least` values, by its size. */
 int may_be_labels(cvol_context *context, const input *in, int least);
 
+/* label_set.c: sets samples of integers without a value, by the mask of the array of *in, to 0 in
+ * its volume: they are no label, whatever their fill. Exit status. */
+int clear_missing_labels(input *in);
+
 /* The labels of a picture, whose samples are 1 .. count; 0: others. */
 typedef struct label_set {
     label_entry entries[LABELS_DRAWN_MAX];

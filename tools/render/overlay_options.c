@@ -103,12 +103,13 @@ static int number_overlay(cvol_context *context, overlay_source *source, label_s
     if (given && check_whole_samples(in, source->path))
         return EXIT_MISUSED;
     source->is_labels |= given;
-    if (!source->is_labels || o->transfers.texts[i])
-        return EXIT_DONE;
+    int status = source->is_labels ? clear_missing_labels(in) : EXIT_DONE;
+    if (status || !source->is_labels || o->transfers.texts[i])
+        return status;
     *labels = calloc(1, sizeof **labels);
     if (!*labels)
         return report_error(EXIT_FAILED, "not enough memory");
-    const int status = number_labels(context, *labels, &in->volume, &choice, source->path);
+    status = number_labels(context, *labels, &in->volume, &choice, source->path);
     source->is_numbered = 1;
     source->count = (*labels)->count;
     for (size_t k = 0; k < source->count; k++)

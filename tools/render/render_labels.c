@@ -106,6 +106,8 @@ int choose_labels(cvol_context *context, scene *s, const render_arguments *a, co
                     (s->in.array && !may_be_labels(context, &s->in, least))))
         return EXIT_DONE;
     int status = need_volume(context, &s->in);
+    if (!status)
+        status = clear_missing_labels(&s->in);
     if (!status && !wanted)
         status = needs_numbers(context, &wanted, s->in.volume, least, path);
     if (status || !wanted) {
