@@ -261,6 +261,12 @@ def test_properties(volume, path, array):
         v.levels[1][0]
 
 
+@pytest.mark.parametrize("options", [{"psnr": 60}, {"lossless": True}, {"psnr": 60, "fill": 0.0}])
+def test_deviation_far_from_zero(array, options):
+    far = 1e9 + array / 1000
+    assert np.std(cvol.compress(far, **options)) == pytest.approx(np.std(far), rel=1e-3)
+
+
 def test_levels_of_a_lossless_file(exact, array, tmp_path):
     exact.save(tmp_path / "exact.cvol")
     means = array[:70, :24].reshape(35, 2, 12, 2, 40, 2).mean((1, 3, 5))

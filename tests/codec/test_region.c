@@ -320,6 +320,63 @@ static void test_large_offset(void **state)
     free(volume.data);
 }
 
+/* Samples far from 0, whose differences no float has: figures of lossless files are those of the
+ * samples, and deviations of lossy ones do not cancel. */
+static void test_differences_far_from_zero(void **state)
+{
+    (void)state;
+    random_state r = {8};
+    for (int k = 0; k < 8; k++) {
+        const int is_lossless = k % 2, has_void = k / 2 % 2, is_double = k / 4;
+        const double middle = is_double ? 1e9 : 4e9;
+        cvol_volume volume = support_volume(NX, NY, NZ, is_double ? CVOL_FLOAT64 : CVOL_UINT32);
+        double sum = 0, squares = 0, count = 0; /* of what samples have above the middle */
+        uint64_t inside = 0;
+        for (size_t i = 0; i < COUNT; i++) {
+            const double wave = 100 * sin((double)(i % NX) / 5) + 20 * random_signed(&r);
+            const double x = is_double ? middle + wave / 100 : middle + rint(wave);
+            const int is_void = has_void && i % NX < 9;
+            if (is_double)
+                ((double *)volume.data)[i] = is_void ? 0 : x;
+            else
+                ((uint32_t *)volume.data)[i] = is_void ? 0 : (uint32_t)x;
+            sum += is_void ? 0 : x - middle;
+            squares += is_void ? 0 : (x - middle) * (x - middle);
+            count += !is_void;
+            inside += (uint64_t)(!is_void && x >= middle);
+        }
+        cvol_compress_options options = cvol_compress_options_defaults();
+        options.target = CVOL_TARGET_PSNR;
+        options.target_value = 50;
+        options.lossless = is_lossless;
+        options.has_fill = has_void;
+        cvol_array *array;
+        cvol_array_statistics all;
+        cvol_region_statistics box;
+        cvol_region region;
+        const size_t begin[3] = {0, 0, 0}, *dims = volume.grid.dims;
+        check_ok(cvol_compress(context, &array, NULL, volume.data, &volume.grid, &options));
+        check_ok(cvol_array_compute_statistics(context, &all, array));
+        check_ok(cvol_array_compute_region_statistics(context, &box, array, begin, dims,
+                                                      CVOL_REGION_BOX));
+        check_ok(cvol_array_compute_region(context, &region, array, begin, dims, middle,
+                                           (double)INFINITY));
+        const double mean = sum / count, deviation = sqrt(squares / count - mean * mean);
+        const double near = (is_lossless ? 1e-6 : 1e-2) * deviation;
+        assert_true(fabs(all.mean - middle - mean) <= 1e-2 * deviation);
+        assert_true(fabs(all.standard_deviation - deviation) <= 1e-2 * deviation);
+        assert_true(fabs(box.mean - middle - mean) <= near);
+        assert_true(fabs(box.standard_deviation - deviation) <= near);
+        assert_true(region.inside_least <= inside && inside <= region.inside_most);
+        if (is_lossless) {
+            assert_true(region.inside_least == inside && region.inside_most == inside);
+            assert_true(box.mean_error <= 0 && box.least_error <= 0);
+        }
+        cvol_array_free(array);
+        free(volume.data);
+    }
+}
+
 /* Decoded floats are clamped to the range of the original ones, and so are the extremes. */
 static void test_constant_floats(void **state)
 {
@@ -494,6 +551,7 @@ int main(void)
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {TEST(test_bounds_hold),
                                        TEST(test_large_offset),
+                                       TEST(test_differences_far_from_zero),
                                        TEST(test_statistics_of_masked_volumes),
                                        TEST(test_spots),
                                        TEST(test_wrong_regions),

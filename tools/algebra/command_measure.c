@@ -11,7 +11,7 @@ static const char description[] =
     "least and largest of all samples, in a box or the whole. Values are those that the file\n"
     "states, such as Hounsfield units. The number after +- is a proved bound of the difference\n"
     "from the figure of the original samples; that figure lies in the range in parentheses.\n"
-    "Samples are evaluated in single precision.\n"
+    "Samples of lossy files are evaluated in single precision.\n"
     "Samples without a value do not count. The figures of volumes that are not compressed are\n"
     "exact; there NaN, infinity and a value far from all others, such as 1e35, mark no value.";
 

@@ -226,7 +226,7 @@ static double energy_of(const cvol_array *a)
 int cvol_blocks_scale(cvol_context *context, cvol_array *out, cvol_build_result *result,
                       double alpha, const cvol_array *a, double beta)
 {
-    double total, squares;
+    double total, squares, variation;
     out->lapped = a->lapped;
     if (alpha != 0 && fabs(alpha) * a->step < (double)FLT_MIN) { /* float32 cannot hold it */
         const cvol_keep all = cvol_keep_all();
@@ -252,7 +252,7 @@ int cvol_blocks_scale(cvol_context *context, cvol_array *out, cvol_build_result 
     if (a->lapped)
         squares = energy_of(a);
     else
-        code = cvol_blocks_sums(context, &total, &squares, a);
+        code = cvol_blocks_sums(context, &total, &squares, &variation, a);
     if (code)
         return code;
     result->norm = fabs(alpha) * sqrt(squares);

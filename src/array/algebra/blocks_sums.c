@@ -329,11 +329,13 @@ static int sum_blocks(cvol_context *context, partial *total, const cvol_array *a
     return code;
 }
 
-int cvol_blocks_sums(cvol_context *context, double *sum, double *squares, const cvol_array *a)
+int cvol_blocks_sums(cvol_context *context, double *sum, double *squares, double *variation,
+                     const cvol_array *a)
 {
     partial total;
     int code = sum_blocks(context, &total, a, a, 0);
     const double samples = (double)cvol_grid_samples(&a->grid);
+    *variation = total.product - total.a * total.a / samples; /* offsets would cancel */
     *sum = total.a + a->offset * samples;
     *squares = total.product + a->offset * (2 * total.a + a->offset * samples);
     return code;

@@ -8,7 +8,6 @@
 #include "array/core/share.h"
 #include "array/evaluate/box.h"
 #include "base/context.h"
-#include "base/doubles.h"
 #include "base/memory.h"
 
 /* Samples along each axis of the pieces that are evaluated together. Each has its own sums, which
@@ -22,12 +21,10 @@ typedef struct partial {
 
 typedef struct sums {
     const cvol_array *arrays[2];
-    int count;        /* of arrays */
-    double shifts[2]; /* values near the means, so that variations do not cancel */
-    /* A piece: samples as they are evaluated, then in double precision. */
-    void *evaluated;
-    double *samples[2];
-    uint8_t *fills[2]; /* for arrays with samples without a value, or NULL */
+    int count;          /* of arrays */
+    double shifts[2];   /* values near the means, so that variations do not cancel */
+    double *samples[2]; /* of a piece */
+    uint8_t *fills[2];  /* for arrays with samples without a value, or NULL */
     partial total;
 } sums;
 
@@ -35,29 +32,19 @@ typedef struct sums {
  * of the additions that follow each other, in rows of a piece and of pieces. */
 #define SUM_ROUNDING 1e-11
 
-/* The rounding of an evaluated background to single precision. */
-static double rounding_of_background(const cvol_array *a)
-{
-    if (!cvol_mask_is_background(a->mask) || a->residual)
-        return 0;
-    const double value = cvol_array_background(a);
-    return fabs((double)(float)value - value) * sqrt((double)cvol_mask_samples(a->mask));
-}
-
 /* The samples of an array with a residual have its largest error, other samples the bound of the
  * terms. */
 static double error_of(const cvol_array *a)
 {
     if (a->residual)
         return a->max_error * sqrt((double)cvol_grid_samples(&a->grid));
-    return a->error_bound.l2_error + rounding_of_background(a);
+    return a->error_bound.l2_error;
 }
 
 /* Samples of which the error is zero. That of a result's background is part of its bound. */
 static double exact_samples(const cvol_array *a)
 {
-    const int is_exact = cvol_mask_is_background(a->mask) && a->measured &&
-                         rounding_of_background(a) <= 0;
+    const int is_exact = cvol_mask_is_background(a->mask) && a->measured;
     return is_exact ? (double)cvol_mask_samples(a->mask) : 0;
 }
 
@@ -65,17 +52,8 @@ static int evaluate_piece(cvol_context *context, sums *s, const size_t begin[3],
                           const size_t end[3])
 {
     int code = CVOL_OK;
-    const size_t count = (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]);
     for (int i = 0; i < s->count && !code; i++) {
-        const cvol_array *array = s->arrays[i];
-        cvol_type type = CVOL_FLOAT32;
-        if (array->residual) { /* its samples may need more than single precision */
-            type = array->grid.type;
-            code = cvol_array_evaluate_box(context, s->evaluated, array, begin, end);
-        } else {
-            code = cvol_array_evaluate_unmasked(context, s->evaluated, array, begin, end);
-        }
-        cvol_doubles_load(s->samples[i], type, s->evaluated, 0, count);
+        code = cvol_array_evaluate_doubles(context, s->samples[i], s->arrays[i], begin, end);
         if (s->fills[i])
             cvol_mask_get(s->fills[i], s->arrays[i]->mask, begin, end);
     }
@@ -191,18 +169,15 @@ int cvol_masked_sums_compute(cvol_context *context, cvol_masked_sums *out, const
         const double middle = 0.5 * (bound->value_min + bound->value_max);
         s.shifts[i] = isfinite(middle) ? middle : 0;
         s.samples[i] = cvol_allocate(PIECE, sizeof *s.samples[i]);
-        if (!s.evaluated)
-            s.evaluated = cvol_allocate(PIECE, sizeof(double));
         const int has_void = cvol_mask_is_void(array->mask);
         s.fills[i] = has_void ? cvol_allocate(PIECE, 1) : NULL;
-        if (!s.samples[i] || !s.evaluated || (has_void && !s.fills[i]))
+        if (!s.samples[i] || (has_void && !s.fills[i]))
             code = cvol_fail_memory(context, PIECE * sizeof(double), "a piece of samples");
     }
     if (!code)
         code = add_pieces(context, &s);
     if (!code)
         report(out, &s);
-    free(s.evaluated);
     for (int i = 0; i < 2; i++) {
         free(s.samples[i]);
         free(s.fills[i]);

@@ -56,7 +56,8 @@ int cvol_whole_compare(cvol_context *context, double *inner, double *distance, c
 /* Sums over the samples within the array: sum a, sum a^2; sum a b. They evaluate only blocks that
  * reach beyond the array. */
 int cvol_whole_sums(cvol_context *context, double *sum, double *squares, const cvol_array *a);
-int cvol_blocks_sums(cvol_context *context, double *sum, double *squares, const cvol_array *a);
+int cvol_blocks_sums(cvol_context *context, double *sum, double *squares, double *variation,
+                     const cvol_array *a);
 int cvol_whole_inner(cvol_context *context, double *inner, const cvol_array *a,
                      const cvol_array *b);
 int cvol_blocks_distance(cvol_context *context, double *squares, const cvol_array *a,

@@ -20,10 +20,14 @@
 #include "array/core/array.h"
 #include "array/evaluate/decoded_terms.h"
 
-static int sums_of(cvol_context *context, double *sum, double *squares, const cvol_array *a)
+/* *variation: the sum of (a - mean)^2, without what is equal in all samples: it would cancel. */
+static int sums_of(cvol_context *context, double *sum, double *squares, double *variation,
+                   const cvol_array *a)
 {
-    return a->block ? cvol_blocks_sums(context, sum, squares, a)
-                    : cvol_whole_sums(context, sum, squares, a);
+    if (a->block)
+        return cvol_blocks_sums(context, sum, squares, variation, a);
+    *variation = cvol_whole_variation(a);
+    return cvol_whole_sums(context, sum, squares, a);
 }
 
 /* Statistics from sums over `samples` samples, of which `coded` are not exact; `variation`: the sum
@@ -64,18 +68,16 @@ static int masked_statistics(cvol_context *context, cvol_array_statistics *out, 
 int cvol_array_compute_statistics(cvol_context *context, cvol_array_statistics *out,
                                   const cvol_array *a)
 {
-    double sum, squares;
+    double sum, squares, variation;
     memset(out, 0, sizeof *out);
     if (a->mask)
         return masked_statistics(context, out, a);
     int code = cvol_array_decoded_terms(context, &a, a);
     if (!code)
-        code = sums_of(context, &sum, &squares, a);
+        code = sums_of(context, &sum, &squares, &variation, a);
     if (code)
         return code;
     const double samples = (double)cvol_grid_samples(&a->grid);
-    /* Whole arrays: the energy of all terms except the mean's; nothing cancels. */
-    const double variation = a->block ? squares - sum * sum / samples : cvol_whole_variation(a);
     *out = statistics_of(samples, samples, sum, squares, variation, a->error_bound.l2_error);
     return CVOL_OK;
 }
@@ -141,7 +143,7 @@ static int compare_masked(cvol_context *context, cvol_array_comparison *out, con
 int cvol_array_compare(cvol_context *context, cvol_array_comparison *out, const cvol_array *a,
                        const cvol_array *b)
 {
-    double sum, inner, distance, squares[2];
+    double sum, variation, inner, distance, squares[2];
     memset(out, 0, sizeof *out);
     int code = cvol_array_compatible(context, a, b);
     if (!code && (a->mask || b->mask))
@@ -151,9 +153,9 @@ int cvol_array_compare(cvol_context *context, cvol_array_comparison *out, const 
     if (!code)
         code = cvol_array_decoded_terms(context, &b, b);
     if (!code)
-        code = sums_of(context, &sum, &squares[0], a);
+        code = sums_of(context, &sum, &squares[0], &variation, a);
     if (!code)
-        code = sums_of(context, &sum, &squares[1], b);
+        code = sums_of(context, &sum, &squares[1], &variation, b);
     if (!code)
         code = a->block ? compare_blocks(context, &inner, &distance, squares[0] + squares[1], a, b)
                         : cvol_whole_compare(context, &inner, &distance, a, b);

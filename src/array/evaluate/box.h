@@ -14,6 +14,10 @@ int cvol_array_evaluate_unmasked(cvol_context *context, float *out, const cvol_a
 /* That less the array's offset: single precision suffices then for values far from 0. */
 int cvol_array_evaluate_less_offset(cvol_context *context, float *out, const cvol_array *array,
                                     const size_t begin[3], const size_t end[3]);
+/* cvol_array_evaluate_unmasked in double precision: the terms in single precision, and the offset.
+ * Arrays with a residual: the decoded samples, exactly. */
+int cvol_array_evaluate_doubles(cvol_context *context, double *out, const cvol_array *array,
+                                const size_t begin[3], const size_t end[3]);
 /* A box of a whole array in the grid's type; arguments checked. */
 int cvol_whole_evaluate_stored(cvol_context *context, void *out, const cvol_array *array,
                                const size_t begin[3], const size_t end[3]);

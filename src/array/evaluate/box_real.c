@@ -5,6 +5,7 @@
 #include "array/evaluate/box.h"
 #include "array/evaluate/decoded_terms.h"
 #include "base/context.h"
+#include "base/doubles.h"
 #include "base/memory.h"
 
 int cvol_array_check_box(cvol_context *context, const cvol_array *array, const size_t begin[3],
@@ -76,6 +77,48 @@ int cvol_array_evaluate_unmasked(cvol_context *context, float *out, const cvol_a
                                  const size_t begin[3], const size_t end[3])
 {
     return evaluate(context, out, array, begin, end, 0);
+}
+
+/* The offset is added in double precision, so that small differences between samples far from 0
+ * are not lost. */
+static int evaluate_offset(cvol_context *context, double *out, float *terms,
+                           const cvol_array *array, const size_t begin[3], const size_t end[3],
+                           size_t count)
+{
+    const int code = cvol_array_evaluate_less_offset(context, terms, array, begin, end);
+    if (code)
+        return code;
+    for (size_t i = 0; i < count; i++)
+        out[i] = (double)terms[i] + array->offset;
+    if (cvol_mask_is_background(array->mask)) {
+        const double background = cvol_array_background(array);
+        uint64_t patterns[CVOL_FILLS_MAX] = {0};
+        memcpy(patterns, &background, sizeof background);
+        cvol_mask_write(out, sizeof *out, patterns, array->mask, begin, end);
+    }
+    return CVOL_OK;
+}
+
+int cvol_array_evaluate_doubles(cvol_context *context, double *out, const cvol_array *array,
+                                const size_t begin[3], const size_t end[3])
+{
+    const cvol_type type = array->residual ? array->grid.type : CVOL_FLOAT32;
+    int code = cvol_array_check_box(context, array, begin, end);
+    if (code)
+        return code;
+    const size_t count = (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]);
+    void *samples = cvol_allocate(count, cvol_type_size(type));
+    if (!samples)
+        return cvol_fail_memory(context, count * cvol_type_size(type), "a box of samples");
+    if (array->residual) {
+        code = cvol_array_decoded_samples(context, samples, array, begin, end);
+        if (!code)
+            cvol_doubles_load(out, type, samples, 0, count);
+    } else {
+        code = evaluate_offset(context, out, samples, array, begin, end, count);
+    }
+    free(samples);
+    return code;
 }
 
 int cvol_array_evaluate_real(cvol_context *context, float *out, const cvol_array *array,

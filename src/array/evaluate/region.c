@@ -21,7 +21,7 @@ typedef struct region {
     double below, above;    /* the nearest values outside */
     double error, each;     /* bounds of the errors: L2 of all samples, and of each */
     uint64_t *distances[2]; /* of samples inside, outside; BINS each */
-    float *samples;
+    double *samples;
     uint8_t *fills;
     uint64_t inside, count;
     double sum, piece_sum; /* the latter of one piece, so that few additions follow each other */
@@ -105,7 +105,7 @@ static int count_piece(cvol_context *context, void *user, const size_t begin[3],
     region *r = user;
     const cvol_mask *mask = r->array->mask;
     const size_t count = (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]);
-    const int code = cvol_array_evaluate_unmasked(context, r->samples, r->array, begin, end);
+    const int code = cvol_array_evaluate_doubles(context, r->samples, r->array, begin, end);
     if (code)
         return code;
     const int has_fills = mask && cvol_mask_get(r->fills, mask, begin, end);
@@ -115,7 +115,7 @@ static int count_piece(cvol_context *context, void *user, const size_t begin[3],
     for (size_t i = 0; i < count; i++) {
         const int is_filled = has_fills && r->fills[i];
         if (!is_filled)
-            count_sample(r, (double)r->samples[i], 0);
+            count_sample(r, r->samples[i], 0);
         else if (!cvol_mask_is_void(mask))
             count_sample(r, background, is_exact);
     }

@@ -31,7 +31,7 @@ typedef struct statistics {
     cvol_region_shape shape;
     double centre[3], radius[3]; /* of the ellipsoid, in samples */
     double shift;                /* the middle of the range */
-    float *samples;              /* of a piece */
+    double *samples;             /* of a piece */
     double row[CVOL_PIECE_X];
     uint8_t *fills;
     uint64_t count, exact;
@@ -72,12 +72,12 @@ static void join_row(statistics *s, const double *values, size_t count)
 }
 
 /* Adds the samples of a row that begins at (x, y, z). */
-static void add_row(statistics *s, const float *samples, const uint8_t *fills, const size_t at[3],
+static void add_row(statistics *s, const double *samples, const uint8_t *fills, const size_t at[3],
                     size_t count)
 {
     const int is_void = fills && cvol_mask_is_void(s->array->mask);
     const int is_exact = cvol_array_has_exact_background(s->array);
-    const int is_integer = cvol_type_is_integer(s->array->grid.type);
+    const cvol_type type = s->array->grid.type;
     const double background = cvol_array_background(s->array); /* may not fit into a float */
     const double square = s->shape == CVOL_REGION_BOX
                               ? 0
@@ -89,8 +89,10 @@ static void add_row(statistics *s, const float *samples, const uint8_t *fills, c
             continue;
         if (s->shape != CVOL_REGION_BOX && square + square_along(s, 0, at[0] + i) > surface)
             continue;
-        const double value = is_filled ? background : clamped_value(s->array, (double)samples[i]);
-        const double stored = is_integer ? rint(value) : value;
+        const double value = is_filled ? background : clamped_value(s->array, samples[i]);
+        const double stored = cvol_type_is_integer(type) ? rint(value)
+                              : type == CVOL_FLOAT32     ? (double)(float)value
+                                                         : value;
         s->exact += (uint64_t)(is_filled && is_exact);
         s->row[values++] = value - s->shift;
         s->least = fmin(s->least, stored);
@@ -104,7 +106,7 @@ static int add_piece(cvol_context *context, void *user, const size_t begin[3], c
     statistics *s = user;
     const cvol_mask *mask = s->array->mask;
     const size_t row = end[0] - begin[0], rows = end[1] - begin[1];
-    const int code = cvol_array_evaluate_unmasked(context, s->samples, s->array, begin, end);
+    const int code = cvol_array_evaluate_doubles(context, s->samples, s->array, begin, end);
     if (code)
         return code;
     const int has_fills = mask && cvol_mask_get(s->fills, mask, begin, end);

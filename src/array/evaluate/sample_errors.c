@@ -13,13 +13,6 @@ static int fits_float(const cvol_array *array)
             cvol_error_bound_largest(&array->error_bound) <= 1 << 24);
 }
 
-/* The rounding of exact samples to floats, also to those below the least normal one. */
-static double float_rounding(const cvol_array *array)
-{
-    const double largest = cvol_error_bound_largest(&array->error_bound);
-    return fits_float(array) ? 0 : ldexp(largest, -24) + 0x1p-150;
-}
-
 int cvol_array_has_exact_background(const cvol_array *array)
 {
     return cvol_mask_is_background(array->mask) && (array->measured || array->residual);
@@ -29,7 +22,7 @@ double cvol_array_stored_error(const cvol_array *array)
 {
     const double largest = cvol_error_bound_largest(&array->error_bound) + array->max_error;
     if (array->residual)
-        return array->max_error + float_rounding(array);
+        return array->max_error;
     return array->max_error + (fits_float(array) ? 0 : ROUNDED * largest);
 }
 
@@ -39,7 +32,7 @@ void cvol_array_sample_errors(double *all, double *each, const cvol_array *array
     *all = array->error_bound.l2_error;
     *each = cvol_error_bound_point(&array->error_bound);
     if (array->residual) { /* samples as they are stored */
-        *each = array->max_error + float_rounding(array);
+        *each = array->max_error;
         *all = *each * sqrt((double)cvol_grid_samples(&array->grid));
     } else if (array->measured) { /* in the stored type: integers were rounded */
         const double measured = array->max_error + (is_integer ? 0.5 : 0) +

@@ -1,4 +1,4 @@
-/* Bounds of the errors of decoded samples, as cvol_array_evaluate_real returns them. */
+/* Bounds of the errors of decoded samples, as cvol_array_evaluate_doubles returns them. */
 #ifndef CVOL_ARRAY_EVALUATE_SAMPLE_ERRORS_H
 #define CVOL_ARRAY_EVALUATE_SAMPLE_ERRORS_H
 
@@ -12,7 +12,7 @@ void cvol_array_sample_errors(double *all, double *each, const cvol_array *array
 int cvol_array_has_exact_background(const cvol_array *array);
 
 /* Bounds the error of every sample as its type stores it: integers are rounded and clamped after
- * cvol_array_evaluate_real. */
+ * their evaluation. */
 double cvol_array_stored_error(const cvol_array *array);
 
 #endif
