@@ -177,6 +177,12 @@ CVOL_API int cvol_label_list_read(cvol_context *context, cvol_label **out, size_
  * written). */
 CVOL_API int cvol_volume_writer_write(cvol_context *context, cvol_volume_writer *writer,
                                       const void *samples, size_t slices);
+/* Samples that are equal to `value` have no value, in all slices that are written later. OME-Zarr
+ * leaves them out of the means of its coarser levels, where a mean of none is such a value, and of
+ * the ranges of its channels, as it leaves out NaN and infinity. Other files do not depend on it.
+ * Errors: ARGUMENT, LIMIT (more than 64 different values). */
+CVOL_API int cvol_volume_writer_add_missing(cvol_context *context, cvol_volume_writer *writer,
+                                            double value);
 /* Gives the complete file its name, and frees the object, after a failure too; then a file that had
  * the name stays. Errors: IO, ARGUMENT (slices are missing). */
 CVOL_API int cvol_volume_writer_commit(cvol_context *context, cvol_volume_writer *writer);

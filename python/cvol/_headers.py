@@ -693,6 +693,7 @@ FUNCTIONS = {
     "volume_writer_open_labels": "i * * s * * z",
     "label_list_read": "i * * * s",
     "volume_writer_write": "i * * * z",
+    "volume_writer_add_missing": "i * * d",
     "volume_writer_commit": "i * *",
     "volume_writer_abandon": "v *",
     "volume_formats": "s",

@@ -415,6 +415,21 @@ echo '{' >bad/.zattrs
 expect_failure 1 'bad/.zattrs: is not JSON: line ' cvol info bad
 echo '[1]' >bad/.zattrs
 expect_failure 1 'bad/.zattrs: is JSON, but not an object' cvol info bad
+
+# Missing samples are no part of the means of coarser levels.
+{
+    printf 'NRRD0004\ntype: short\ndimension: 3\nsizes: 70 20 10\nencoding: ascii\n\n'
+    awk 'BEGIN { for (i = 0; i < 14000; i++) print (i % 3 == 0 || i % 70 > 60 ? -9999 : 100 + i % 70) }'
+} >lacking.nrrd
+expect_done cvol compress lacking.nrrd lacking.cvol --lossless --fill -9999
+expect_done cvol decompress lacking.cvol lacking.zarr
+expect_done cvol measure lacking.zarr/1 --above -9000 --json
+expect_number "$(value_of inside)" '>=' 1500
+expect_number "$(value_of inside)" '<' "$(value_of samples)"
+expect_equal "$(value_of least)" -9999.0
+expect_done cvol measure lacking.zarr/1 --above -9000 --below 99 --json
+expect_equal "$(value_of inside)" 0
+
 rm -rf bad
 mkdir bad
 echo '{"zarr_format": 2}' >bad/.zgroup

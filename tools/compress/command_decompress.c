@@ -6,6 +6,7 @@
 
 #include "tools/base/picture.h"
 #include "tools/compress/decompress.h"
+#include "tools/labels/labels.h"
 
 static const char description[] =
     "Decodes a .cvol file into a volume of the original sample type and geometry. The\n"
@@ -125,6 +126,30 @@ static size_t slab_end(const part *p, size_t first)
     return end < p->end[2] ? end : p->end[2];
 }
 
+/* Tells the writer which values of the box mark samples without a value. */
+static int note_missing(cvol_context *context, cvol_volume_writer *sink, const cvol_array *array,
+                        void *samples, const size_t from[3], const size_t to[3])
+{
+    const size_t count = (to[0] - from[0]) * (to[1] - from[1]) * (to[2] - from[2]);
+    const cvol_volume box = {.grid = *cvol_array_grid(array), .data = samples};
+    cvol_array_info info;
+    int is_known[256] = {0}, code = 0;
+    cvol_array_get_info(&info, array);
+    if (!info.missing_samples)
+        return 0;
+    uint8_t *which = malloc(count);
+    if (!which)
+        return CVOL_ERROR_MEMORY;
+    cvol_array_evaluate_mask(which, array, from, to);
+    for (size_t i = 0; i < count && !code; i++)
+        if (which[i] && !is_known[which[i]]) {
+            is_known[which[i]] = 1;
+            code = cvol_volume_writer_add_missing(context, sink, value_at(&box, i));
+        }
+    free(which);
+    return code;
+}
+
 static int write_slabs(cvol_context *context, const part *p, cvol_volume_writer *sink,
                        void **samples)
 {
@@ -148,6 +173,8 @@ static int write_slabs(cvol_context *context, const part *p, cvol_volume_writer 
         code = open_slab(context, &array, p, first, end);
         if (!code)
             code = cvol_array_evaluate_box(context, *samples, array, from, to);
+        if (!code)
+            code = note_missing(context, sink, array, *samples, from, to);
         cvol_array_free(array);
         if (!code)
             code = cvol_volume_writer_write(context, sink, *samples, end - first);

@@ -109,6 +109,8 @@ typedef struct cvol_write_sink {
     void *state;
     /* Writes the next bytes of the volumes: whole samples. NULL: a plan describes the file. */
     int (*write)(cvol_context *context, void *state, const void *data, size_t size);
+    /* Samples of a value have none, from now on; NULL: that makes no difference. */
+    int (*add_missing)(cvol_context *context, void *state, double value);
     /* Gives the complete file its name. */
     int (*commit)(cvol_context *context, void *state);
     /* Frees the state, and removes what has no name yet. */

@@ -176,6 +176,14 @@ int cvol_volume_writer_write(cvol_context *context, cvol_volume_writer *writer, 
     return cvol_volume_writer_write_bytes(context, writer, samples, slices * slice);
 }
 
+int cvol_volume_writer_add_missing(cvol_context *context, cvol_volume_writer *writer, double value)
+{
+    if (!writer)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "a value of missing samples: no sink");
+    return writer->sink.add_missing ? writer->sink.add_missing(context, writer->sink.state, value)
+                                    : CVOL_OK;
+}
+
 /* ---- ending -------------------------------------------------------------------------- */
 
 static int check_whole(cvol_context *context, const cvol_volume_writer *s)

@@ -58,18 +58,40 @@ void cvol_zarr_pyramid_close(cvol_zarr_pyramid *pyramid)
     *pyramid = (cvol_zarr_pyramid){0};
 }
 
+/* ---- missing samples --------------------------------------------------------------------- */
+
+int cvol_zarr_has_value(const cvol_zarr_missing *missing, double sample)
+{
+    for (int i = 0; i < missing->count; i++)
+        if (sample >= missing->values[i] && sample <= missing->values[i])
+            return 0;
+    return isfinite(sample) != 0;
+}
+
+int cvol_zarr_missing_add(cvol_context *context, cvol_zarr_missing *missing, double value)
+{
+    if (!cvol_zarr_has_value(missing, value))
+        return CVOL_OK;
+    if (missing->count == CVOL_ZARR_MISSING_MOST)
+        return cvol_fail(context, CVOL_ERROR_LIMIT,
+                         "missing samples have more than %d different values",
+                         CVOL_ZARR_MISSING_MOST);
+    missing->values[missing->count++] = value;
+    return CVOL_OK;
+}
+
 /* ---- means ---------------------------------------------------------------------------- */
 
-/* A row of samples; those that are not finite do not count. */
-static void add_samples(double *sum, uint32_t *count, cvol_type type, const uint8_t *row,
-                        size_t width)
+/* A row of samples; those without a value do not count. */
+static void add_samples(double *sum, uint32_t *count, const cvol_zarr_pyramid *p,
+                        const uint8_t *row, size_t width)
 {
     double values[STEP];
     for (size_t x = 0; x < width; x += STEP) {
         const size_t n = width - x < STEP ? width - x : STEP;
-        cvol_doubles_load(values, type, row, x, n);
+        cvol_doubles_load(values, p->type, row, x, n);
         for (size_t i = 0; i < n; i++) {
-            const int counts = isfinite(values[i]) != 0;
+            const int counts = cvol_zarr_has_value(&p->missing, values[i]);
             sum[(x + i) / 2] += counts ? values[i] : 0;
             count[(x + i) / 2] += (uint32_t)counts;
         }
@@ -99,7 +121,7 @@ static void add_slice(cvol_zarr_pyramid *p, int level, const uint8_t *slice)
             double *sum = s->sum + y * s->dims[0];
             uint32_t *count = s->count + y * s->dims[0];
             if (slice)
-                add_samples(sum, count, p->type, slice + i * row, before[0]);
+                add_samples(sum, count, p, slice + i * row, before[0]);
             else
                 add_sums(sum, count, from->sum + i * before[0], from->count + i * before[0],
                          before[0]);
@@ -111,11 +133,12 @@ static void store_means(const cvol_zarr_pyramid *p, int level, uint8_t *out)
 {
     double values[STEP];
     const cvol_zarr_sums *s = &p->sums[level];
+    const double none = p->missing.count ? p->missing.values[0] : (double)NAN;
     const size_t all = s->dims[0] * s->dims[1], sample = cvol_type_size(p->type);
     for (size_t at = 0; at < all; at += STEP) {
         const size_t n = all - at < STEP ? all - at : STEP;
         for (size_t i = 0; i < n; i++)
-            values[i] = s->count[at + i] ? s->sum[at + i] / s->count[at + i] : NAN;
+            values[i] = s->count[at + i] ? s->sum[at + i] / s->count[at + i] : none;
         store(out + at * sample, p->type, values, n);
     }
 }

@@ -6,15 +6,21 @@
 
 #include "cvol/base.h"
 
-enum { CVOL_ZARR_LEVELS = 4 };
+enum { CVOL_ZARR_LEVELS = 4, CVOL_ZARR_MISSING_MOST = 64 };
 
 /* A level's boxes that are being summed up. */
 typedef struct cvol_zarr_sums {
     size_t dims[3];
     double *sum;
-    uint32_t *count; /* of finite samples */
+    uint32_t *count; /* of samples with a value */
     size_t slices;   /* summed up, of the level before */
 } cvol_zarr_sums;
+
+/* Values of samples that have none, besides NaN and infinity. */
+typedef struct cvol_zarr_missing {
+    double values[CVOL_ZARR_MISSING_MOST];
+    int count;
+} cvol_zarr_missing;
 
 typedef struct cvol_zarr_pyramid {
     int levels; /* with level 0 */
@@ -24,6 +30,7 @@ typedef struct cvol_zarr_pyramid {
     size_t dims[CVOL_ZARR_LEVELS][3];
     cvol_zarr_sums sums[CVOL_ZARR_LEVELS]; /* of level 1 and up */
     size_t slice;                          /* of level 0: the next one */
+    cvol_zarr_missing missing;
 } cvol_zarr_pyramid;
 
 /* Receives the next slice of a level, in the type of the grid. */
@@ -31,6 +38,10 @@ typedef struct cvol_zarr_level_sink {
     int (*put)(cvol_context *context, void *user, int level, const void *slice);
     void *user;
 } cvol_zarr_level_sink;
+
+/* Errors: LIMIT. */
+int cvol_zarr_missing_add(cvol_context *context, cvol_zarr_missing *missing, double value);
+int cvol_zarr_has_value(const cvol_zarr_missing *missing, double sample);
 
 /* The caller closes it, also after a failure. */
 int cvol_zarr_pyramid_open(cvol_context *context, cvol_zarr_pyramid *pyramid, const cvol_grid *grid,

@@ -144,7 +144,7 @@ static void find_range(image *m, const uint8_t *slice)
         const size_t n = least_of(STEP, count - at);
         cvol_doubles_load(values, grid->type, slice, at, n);
         for (size_t i = 0; i < n; i++)
-            if (isfinite(values[i])) {
+            if (cvol_zarr_has_value(&m->pyramid.missing, values[i])) {
                 *least = values[i] < *least ? values[i] : *least;
                 *most = values[i] > *most ? values[i] : *most;
             }
@@ -195,6 +195,12 @@ static int write_bytes(cvol_context *context, void *state, const void *data, siz
         m->volume += is_last;
     }
     return code;
+}
+
+static int add_missing(cvol_context *context, void *state, double value)
+{
+    image *m = state;
+    return cvol_zarr_missing_add(context, &m->pyramid.missing, value);
 }
 
 /* ---- the image ------------------------------------------------------------------------- */
@@ -329,8 +335,11 @@ int cvol_zarr_write_open(cvol_context *context, cvol_write_sink *sink, const cvo
     image *m = calloc(1, sizeof *m);
     if (!m)
         return cvol_fail_memory(context, sizeof *m, path);
-    *sink = (cvol_write_sink){
-        .state = m, .write = write_bytes, .commit = commit_image, .close = close_image};
+    *sink = (cvol_write_sink){.state = m,
+                              .write = write_bytes,
+                              .add_missing = add_missing,
+                              .commit = commit_image,
+                              .close = close_image};
     m->series = *series;
     m->path = strdup(path);
     m->written = (cvol_zarr_written){.path = m->path,
