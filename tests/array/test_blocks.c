@@ -232,8 +232,8 @@ static void test_sums(void **state)
     (void)state;
     for (unsigned seed = 200; seed < 200 + CASES; seed++) {
         pair p = make_pair(seed);
-        double sum, squares, inner, apart, s = 0, q = 0, i = 0, d = 0;
-        assert_int_equal(cvol_blocks_sums(context, &sum, &squares, p.a), CVOL_OK);
+        double sum, squares, variation, inner, apart, s = 0, q = 0, i = 0, d = 0;
+        assert_int_equal(cvol_blocks_sums(context, &sum, &squares, &variation, p.a), CVOL_OK);
         assert_int_equal(cvol_blocks_inner(context, &inner, p.a, p.b), CVOL_OK);
         for (size_t n = 0; n < p.da.count; n++) {
             s += p.da.v[n];
@@ -244,6 +244,7 @@ static void test_sums(void **state)
         const double na = norm_of(&p.da), nb = norm_of(&p.db);
         CHECK(fabs(sum - s) <= 1e-5 * (na * sqrt((double)p.da.count)), seed);
         CHECK(fabs(squares - q) <= 1e-5 * na * na, seed);
+        CHECK(fabs(variation - (q - s * s / (double)p.da.count)) <= 1e-5 * na * na, seed);
         CHECK(fabs(inner - i) <= 1e-5 * na * nb, seed);
         assert_int_equal(cvol_blocks_inner(context, &inner, p.a, p.a), CVOL_OK);
         CHECK(fabs(inner - q) <= 1e-5 * na * na, seed);
@@ -501,8 +502,8 @@ static void test_threads(void **state)
             bits[op] = now;
             cvol_array_free(out);
         }
-        double now[3];
-        assert_int_equal(cvol_blocks_sums(context, &now[0], &now[1], a), CVOL_OK);
+        double now[3], variation;
+        assert_int_equal(cvol_blocks_sums(context, &now[0], &now[1], &variation, a), CVOL_OK);
         assert_int_equal(cvol_blocks_inner(context, &now[2], a, b), CVOL_OK);
         assert_true(threads == 1 || !memcmp(now, sums, sizeof now));
         memcpy(sums, now, sizeof now);
