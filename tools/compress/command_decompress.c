@@ -130,23 +130,28 @@ static size_t slab_end(const part *p, size_t first)
 static int note_missing(cvol_context *context, cvol_volume_writer *sink, const cvol_array *array,
                         void *samples, const size_t from[3], const size_t to[3])
 {
-    const size_t count = (to[0] - from[0]) * (to[1] - from[1]) * (to[2] - from[2]);
+    enum { STEP = 1024 }; /* along a row */
     const cvol_volume box = {.grid = *cvol_array_grid(array), .data = samples};
     cvol_array_info info;
-    int is_known[256] = {0}, code = 0;
+    uint8_t which[STEP], is_known[256] = {0};
+    int code = 0;
     cvol_array_get_info(&info, array);
     if (!info.missing_samples)
         return 0;
-    uint8_t *which = malloc(count);
-    if (!which)
-        return CVOL_ERROR_MEMORY;
-    cvol_array_evaluate_mask(which, array, from, to);
-    for (size_t i = 0; i < count && !code; i++)
-        if (which[i] && !is_known[which[i]]) {
-            is_known[which[i]] = 1;
-            code = cvol_volume_writer_add_missing(context, sink, value_at(&box, i));
+    const size_t width = to[0] - from[0], height = to[1] - from[1];
+    for (size_t row = 0; row < height * (to[2] - from[2]); row++)
+        for (size_t x = 0; x < width; x += STEP) {
+            const size_t end = x + STEP < width ? x + STEP : width;
+            const size_t y = from[1] + row % height, z = from[2] + row / height;
+            const size_t first[3] = {from[0] + x, y, z}, last[3] = {from[0] + end, y + 1, z + 1};
+            cvol_array_evaluate_mask(which, array, first, last);
+            for (size_t i = x; i < end && !code; i++)
+                if (which[i - x] && !is_known[which[i - x]]) {
+                    is_known[which[i - x]] = 1;
+                    code = cvol_volume_writer_add_missing(context, sink,
+                                                          value_at(&box, width * row + i));
+                }
         }
-    free(which);
     return code;
 }
 
@@ -173,7 +178,7 @@ static int write_slabs(cvol_context *context, const part *p, cvol_volume_writer 
         code = open_slab(context, &array, p, first, end);
         if (!code)
             code = cvol_array_evaluate_box(context, *samples, array, from, to);
-        if (!code)
+        if (!code && p->has_levels)
             code = note_missing(context, sink, array, *samples, from, to);
         cvol_array_free(array);
         if (!code)
@@ -258,6 +263,7 @@ static int decompress_to(cvol_context *context, common_options *common, const si
     volume_labels labels = {0};
     void *samples = NULL;
     const int is_image = holds_series(out_path);
+    p.has_levels = is_image;
     int status = check_output(in_path, out_path);
     if (!status)
         status = choose_part(context, common, &p, is_image);

@@ -12,6 +12,7 @@ typedef struct part {
     int time, channel;   /* of a series: the volume, or the first of several */
     int times, channels; /* of them that are decompressed */
     int zarr_format;     /* --zarr-format */
+    int has_levels;      /* the output may have coarser levels */
     size_t brick[3];     /* of the file; 0: it has no bricks */
     int by_slab;         /* the file has bricks */
     int is_exact;        /* all samples come back to the bit */
