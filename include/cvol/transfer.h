@@ -36,8 +36,9 @@ CVOL_API void cvol_transfer_free(cvol_transfer *transfer);
 CVOL_API size_t cvol_transfer_count(const cvol_transfer *transfer);
 /* Control point `index`, 0 <= index < cvol_transfer_count, in the order of values. */
 CVOL_API cvol_transfer_point cvol_transfer_point_at(const cvol_transfer *transfer, size_t index);
-/* 1 if all values have an opacity of at least 0.3: then only faces of the volume, and of cuts, are
- * visible. Their gradients are those of noise and texture, so the default picture has no light. */
+/* 1 if all values have an opacity of at least 0.3, and not all one colour: then only faces of the
+ * volume, and of cuts, are visible. Their gradients are those of noise and texture, so the default
+ * picture has no light. */
 CVOL_API int cvol_transfer_is_opaque(const cvol_transfer *transfer);
 
 /* Histogram of the samples of a volume: CVOL_HISTOGRAM_BINS equal intervals of min..max. A value

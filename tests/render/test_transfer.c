@@ -539,6 +539,12 @@ static void test_dense_is_opaque(void **state)
     cvol_transfer *large = create_named("dense", &h);
     h.chord = 2;
     cvol_transfer *slice = create_named("dense", &h);
+    const cvol_histogram one = {.min = 7, .max = 7, .chord = 2};
+    cvol_transfer *plain = create_named("dense", &one), *lit = create_named("field", &one);
+    assert_true(cvol_transfer_is_opaque(slice) && cvol_transfer_is_opaque(plain));
+    assert_false(cvol_transfer_is_opaque(lit)); /* one colour */
+    cvol_transfer_free(plain);
+    cvol_transfer_free(lit);
     expect_near(cvol_transfer_at(large, 50).opacity, 0.5);
     assert_true(cvol_transfer_at(slice, 50).opacity > 0.99);
     cvol_transfer_free(large);

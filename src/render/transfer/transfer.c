@@ -122,10 +122,14 @@ cvol_transfer_point cvol_transfer_point_at(const cvol_transfer *transfer, size_t
 
 int cvol_transfer_is_opaque(const cvol_transfer *transfer)
 {
-    for (size_t i = 0; i < transfer->count; i++)
-        if (transfer->points[i].opacity < OPACITY_OF_FACES)
+    int are_colours = 0;
+    for (size_t i = 0; i < transfer->count; i++) {
+        const cvol_transfer_point *p = &transfer->points[i], *first = transfer->points;
+        if (p->opacity < OPACITY_OF_FACES)
             return 0;
-    return 1;
+        are_colours |= fabs(p->r - first->r) + fabs(p->g - first->g) + fabs(p->b - first->b) > 0;
+    }
+    return are_colours;
 }
 
 /* ---- evaluating ------------------------------------------------------------------------ */
