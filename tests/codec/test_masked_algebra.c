@@ -563,13 +563,10 @@ static void test_equal_fills_of_a_type(void **state)
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_two_operands),
-                                       TEST(test_one_operand),
-                                       TEST(test_hidden_samples),
-                                       TEST(test_background_behind_filters),
-                                       TEST(test_types),
-                                       TEST(test_floats_of_fills),
-                                       TEST(test_equal_fills),
-                                       TEST(test_equal_fills_of_a_type)};
+    const struct CMUnitTest tests[] = {
+        TEST(test_two_operands),   TEST(test_one_operand),
+        TEST(test_hidden_samples), TEST(test_background_behind_filters),
+        TEST(test_types),          TEST(test_floats_of_fills),
+        TEST(test_equal_fills),    TEST(test_equal_fills_of_a_type)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
