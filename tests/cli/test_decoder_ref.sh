@@ -103,11 +103,18 @@ nx=70
 for type in uint8 int16 float32 float64; do
     make_volume in.raw $type 70x19x18
     cp in.raw holes.raw
+    cp in.raw threes.raw
     case $type in
-    float*) poke holes.raw 800 f${type#float} nan 1600 f${type#float} -inf ;;
+    uint8) kind=u8 ;;
+    int16) kind=i16 ;;
+    *) kind=f${type#float} ;;
+    esac
+    poke threes.raw 8000 $kind 3 9600 $kind 3
+    case $type in
+    float*) poke holes.raw 800 $kind nan 1600 $kind -inf ;;
     esac
     for method in '--lossless' '--lossless --block 8' '--max-error 2.5 --fill nan' '--fill 3 --psnr 40'; do
-        case $method in *nan* | --lossless) from=holes.raw ;; *) from=in.raw ;; esac
+        case $method in *nan* | --lossless) from=holes.raw ;; *3*) from=threes.raw ;; *) from=in.raw ;; esac
         expect_done cvol compress $from out.cvol --dims 70x19x18 --type $type $method
         case $method in
         *psnr*) expect_done decode out.cvol b.raw ;; # lossy floats: no exact samples to compare
