@@ -28,6 +28,7 @@ COMMANDS = {
     "decompress h5": "decompress IN/a.cvol out.h5",
     "decompress vti": "decompress IN/a.cvol out.vti",
     "decompress zarr": "decompress IN/a.cvol out.zarr",
+    "decompress zarr holes": "decompress IN/holes.cvol out.zarr",
     "decompress zarr labels": "decompress IN/labels.cvol out.zarr",
     "decompress raw box": "decompress IN/two.cvol out.raw --box 10:66,2:9,3:6",
     "decompress level": "decompress IN/two.cvol out.nrrd --level 1",
@@ -37,6 +38,8 @@ COMMANDS = {
     "decompress picture": "decompress IN/a.cvi out.png",
     "render sheet": "render IN/a.cvol -o out.png --size 24",
     "render volume": "render IN/a.nrrd -o out.png --size 24 --light flat",
+    "render speck": "render IN/speck.cvol -o out.png --size 24",
+    "render volume speck": "render IN/speck.nrrd -o out.png --size 24",
     "render two bricks": "render IN/two.cvol -o out.png --size 24 --ray-order object",
     "render maps": "render IN/a.cvol -o out.png --size 24 --depth depth.pfm --opacity opacity.pfm --json",
     "render perspective": "render IN/a.cvol -o out.png --size 24 --perspective 40 --clip 2:,:,: --clip-plane 1,0,0,-5",
@@ -108,7 +111,7 @@ COMMANDS = {
 }
 
 # Commands that write folders: there are no older ones.
-FOLDERS = {"decompress zarr", "decompress zarr labels"}
+FOLDERS = {"decompress zarr", "decompress zarr holes", "decompress zarr labels"}
 
 # Commands whose outputs do not belong together: after a failure some may be new. Each failed file has its sentence.
 SEPARATE = {"render several", "render progressive", "verify"}

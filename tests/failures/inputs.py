@@ -104,6 +104,8 @@ def make(cvol):
     nrrd("a.nrrd", SMALL, small)
     nrrd("b.nrrd", SMALL, samples(SMALL, 180, 7))
     nrrd("f.nrrd", SMALL, [v / 7 for v in small], "float")
+    nrrd("holes.nrrd", SMALL, [1e35 if v < 60 else v / 7 for v in small], "float")
+    nrrd("speck.nrrd", SMALL, [v == 2000 for v in range(len(small))])
     nrrd("two.nrrd", TWO_BRICKS, samples(TWO_BRICKS, 3000), "uint16")
     write("a.raw", bytes(small))
     nrrd("labels.nrrd", SMALL, [(v > 60) + (v > 120) * 2 for v in small])
@@ -117,7 +119,8 @@ def make(cvol):
     write("kernel.json", '{"taps": [1, 2, 1]}\n')
     write("transfer.json", '{"points": [[0, 0, 0, 0, 0], [100, 1, 0.5, 0.2, 0.1], [200, 1, 1, 1, 0.9]]}\n')
     for name, words in (("a", "--psnr 40"), ("b", "--psnr 40"), ("two", "--psnr 45"), ("exact", "--lossless"),
-                        ("bound", "--max-error 2"), ("whole", "--transform dct --block 0 --keep 6,300")):
+                        ("bound", "--max-error 2"), ("holes", "--psnr 40"), ("speck", "--lossless --labels no"),
+                         ("whole", "--transform dct --block 0 --keep 6,300")):
         source = name + ".nrrd" if os.path.exists(name + ".nrrd") else "a.nrrd"
         run("compress", source, name + ".cvol", *words.split())
     run("compress", "labels.nrrd", "labels.cvol", "--labels", "yes", "--label-table", "labels.txt")

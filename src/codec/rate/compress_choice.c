@@ -86,7 +86,10 @@ static int judge_lossless(cvol_context *context, int *out, const cvol_array *arr
         *out = cvol_compress_needs_residual(options);
         return CVOL_OK;
     }
-    const double packed = cvol_packed_estimate(samples, &array->grid);
+    double packed;
+    const int code = cvol_packed_estimate(context, &packed, samples, &array->grid);
+    if (code)
+        return code;
     *out = packed <= REPEATED * bytes + REPEATED_MORE ||
            ((cvol_type_is_integer(array->grid.type) || array->psnr_db > EXACT_PSNR) &&
             error < EXACT_ERROR * cvol_pow(grain_of(samples, &array->grid), 2));
@@ -171,11 +174,14 @@ static int try_lossless_first(cvol_context *context, cvol_array **array,
     const double allowed = options->lossless ? 0 : allowed_bytes(options, grid);
     if (cvol_grid_samples(grid) < SAMPLES_PER_THREAD || allowed <= 0)
         return CVOL_OK;
-    const double packed = cvol_packed_estimate(samples, grid);
+    double packed;
+    int code = cvol_packed_estimate(context, &packed, samples, grid);
+    if (code)
+        return code;
     if (packed > allowed &&
         (packed > LABELS_FIRST * allowed || cvol_labels_judge(samples, grid) != CVOL_LABELS_WELL))
         return CVOL_OK;
-    const int code = try_lossless(context, array, report, samples, grid, options);
+    code = try_lossless(context, array, report, samples, grid, options);
     if (code)
         return code == CVOL_ERROR_DATA || code == CVOL_ERROR_TARGET ? CVOL_OK : code;
     if ((double)report->file_bytes > allowed) {

@@ -272,10 +272,12 @@ static int try_labels_alone(modes *m, int *done)
     *done = 0;
     if (m->fit != CVOL_LABELS_WELL || m->clamped)
         return CVOL_OK;
-    const double most = cvol_packed_estimate(m->samples, m->grid) / LABELS_SURE;
-    if (most < LABELS_LEAST)
-        return CVOL_OK;
-    const int code = cvol_labels_make(m->context, &labels, m->attempt.shape, m->samples, most);
+    double packed;
+    int code = cvol_packed_estimate(m->context, &packed, m->samples, m->grid);
+    const double most = packed / LABELS_SURE;
+    if (code || most < LABELS_LEAST)
+        return code;
+    code = cvol_labels_make(m->context, &labels, m->attempt.shape, m->samples, most);
     *done = !code && labels;
     return *done ? take_samples(m, labels) : code;
 }

@@ -303,21 +303,25 @@ int cvol_packed_may_fit(const void *samples, const cvol_grid *grid, double bytes
     return (double)packed_size <= 1.5 * bytes;
 }
 
-double cvol_packed_estimate(const void *samples, const cvol_grid *grid)
+int cvol_packed_estimate(cvol_context *context, double *bytes, const void *samples,
+                         const cvol_grid *grid)
 {
     const size_t raw = cvol_grid_bytes(grid);
     const size_t chunks = raw > ESTIMATED_CHUNKS * (size_t)ESTIMATED_CHUNK ? ESTIMATED_CHUNKS : 1;
     const size_t chunk = chunks > 1 ? ESTIMATED_CHUNK : raw, most = ZSTD_compressBound(chunk);
     void *buffer = malloc(most);
-    double bytes = 0;
-    for (size_t i = 0; i < chunks && buffer; i++) {
+    size_t sum = 0;
+    int failed = !buffer;
+    for (size_t i = 0; i < chunks && !failed; i++) {
         const size_t at = chunks > 1 ? (raw - chunk) / (chunks - 1) * i : 0;
         const size_t packed = pack(buffer, most, samples, at, chunk, cvol_type_size(grid->type),
                                    PACK_FAST);
-        bytes += ZSTD_isError(packed) ? (double)chunk : (double)packed;
+        failed = ZSTD_isError(packed) != 0; /* the buffer suffices: memory is short */
+        sum += failed ? 0 : packed;
     }
     free(buffer);
-    return buffer ? bytes * (double)raw / (double)(chunks * chunk) : (double)raw;
+    *bytes = (double)sum * (double)raw / (double)(chunks * chunk);
+    return failed ? cvol_fail_memory(context, most, "packed samples") : CVOL_OK;
 }
 
 int cvol_residual_pack(cvol_context *context, cvol_residual_data **out, const void *samples,

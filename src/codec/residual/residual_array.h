@@ -56,8 +56,10 @@ const cvol_residual_data *cvol_residual_of(const cvol_array *array);
 
 /* True if zstd at a fast level suggests that all samples could be packed in this many bytes. */
 int cvol_packed_may_fit(const void *samples, const cvol_grid *grid, double bytes);
-/* Estimates the bytes that zstd takes at a fast level; for large volumes from some chunks. */
-double cvol_packed_estimate(const void *samples, const cvol_grid *grid);
+/* Estimates the bytes that zstd takes at a fast level; for large volumes from some chunks. Errors:
+ * MEMORY. */
+int cvol_packed_estimate(cvol_context *context, double *bytes, const void *samples,
+                         const cvol_grid *grid);
 /* Packs an array's samples into a new residual. Errors: MEMORY. */
 int cvol_residual_pack(cvol_context *context, cvol_residual_data **out, const void *samples,
                        const cvol_grid *grid);
