@@ -6,6 +6,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "render/view/camera.h"
 
 #define BINS 2048
 /* The extinction of matter that hides everything behind one mean spacing. */
@@ -84,18 +85,9 @@ static int is_drawn(const cvol_coarse *coarse, const cvol_grid *grid, const cvol
                     const size_t cell[3])
 {
     double place[3];
-    for (int a = 0; a < 3; a++) {
-        const double at = coarse->first[a] + (double)cell[a] * coarse->pitch[a];
-        if (clip->axes >> a & 1 && (at < clip->from[a] || at > clip->to[a]))
-            return 0;
-        place[a] = (at - (double)(grid->dims[a] - 1) / 2) * grid->spacing[a];
-    }
-    for (int k = 0; k < clip->planes && k < CVOL_CLIP_PLANES; k++) {
-        const double *p = clip->plane[k], length = hypot(hypot(p[0], p[1]), p[2]);
-        if (p[0] * place[0] + p[1] * place[1] + p[2] * place[2] < p[3] * length)
-            return 0;
-    }
-    return 1;
+    for (int a = 0; a < 3; a++)
+        place[a] = coarse->first[a] + (double)cell[a] * coarse->pitch[a];
+    return cvol_clip_shows(clip, grid, place);
 }
 
 /* The cells of a row along x. */

@@ -62,24 +62,6 @@ static int is_visible(double value, const cvol_transfer *transfer,
                : !isnan(value) && cvol_transfer_at(transfer, value).opacity >= OPACITY_LEAST;
 }
 
-/* 1 if the clip hides a sample. */
-static int is_clipped(const cvol_clip *clip, const cvol_grid *grid, const size_t at[3])
-{
-    double place[3];
-    for (int a = 0; a < 3; a++) {
-        const double sample = (double)at[a];
-        if (clip->axes >> a & 1 && (sample < clip->from[a] || sample > clip->to[a]))
-            return 1;
-        place[a] = (sample - (double)(grid->dims[a] - 1) / 2) * grid->spacing[a];
-    }
-    for (int k = 0; k < clip->planes && k < CVOL_CLIP_PLANES; k++) {
-        const double *p = clip->plane[k], length = hypot(hypot(p[0], p[1]), p[2]);
-        if (p[0] * place[0] + p[1] * place[1] + p[2] * place[2] < p[3] * length)
-            return 1;
-    }
-    return 0;
-}
-
 /* box: first samples and ends along the axes. */
 static int find_box(cvol_context *context, size_t box[2][3], const cvol_source *of,
                     const cvol_grid *grid, const cvol_transfer *transfer,
@@ -101,7 +83,8 @@ static int find_box(cvol_context *context, size_t box[2][3], const cvol_source *
             if (!(values[i] <= last && values[i] >= last)) /* mostly the same value */
                 shows = is_visible(last = values[i], transfer, options);
             const size_t at[3] = {i % n[0], i / n[0] % n[1], z + i / n[0] / n[1]};
-            if (!shows || is_clipped(&options->clip, grid, at))
+            const double place[3] = {(double)at[0], (double)at[1], (double)at[2]};
+            if (!shows || !cvol_clip_shows(&options->clip, grid, place))
                 continue;
             for (int a = 0; a < 3; a++) {
                 box[0][a] = at[a] < box[0][a] ? at[a] : box[0][a];

@@ -434,3 +434,19 @@ int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,
                          camera->zoom);
     return CVOL_OK;
 }
+
+int cvol_clip_shows(const cvol_clip *clip, const cvol_grid *grid, const double at[3])
+{
+    double place[3]; /* from the middle of the volume, in its unit */
+    for (int a = 0; a < 3; a++) {
+        if (clip->axes >> a & 1 && (at[a] < clip->from[a] || at[a] > clip->to[a]))
+            return 0;
+        place[a] = (at[a] - (double)(grid->dims[a] - 1) / 2) * grid->spacing[a];
+    }
+    for (int k = 0; k < clip->planes && k < CVOL_CLIP_PLANES; k++) {
+        const double *p = clip->plane[k], length = hypot(hypot(p[0], p[1]), p[2]);
+        if (p[0] * place[0] + p[1] * place[1] + p[2] * place[2] < p[3] * length)
+            return 0;
+    }
+    return 1;
+}

@@ -24,4 +24,7 @@ void cvol_view_add_face(cvol_view *view, const cvol_grid *grid, int axis, int is
 int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,
                    const cvol_render_options *options);
 
+/* 1 if the clip shows the place with these coordinates, in samples. */
+int cvol_clip_shows(const cvol_clip *clip, const cvol_grid *grid, const double at[3]);
+
 #endif
